@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <filesystem>
 
+#include <kr5/calibration/camera_agreement.hpp>
 #include <kr5/calibration/cell_calibration.hpp>
 #include <kr5/calibration/circle_point.hpp>
 #include <kr5/calibration/dataset.hpp>
@@ -32,6 +33,8 @@ static void bind_hand_eye(py::module_& m) {
   kr5::python::bind_struct<HandEyeView>(m, "HandEyeView", "Robot pose with the view of the target from it.");
   kr5::python::bind_struct<HandEyeOptions>(m, "HandEyeOptions", "Options of calibrate_hand_eye.");
   kr5::python::bind_struct<HandEyeViewReport>(m, "HandEyeViewReport", "Agreement of one view with the result.");
+  kr5::python::bind_struct<SecondMinimum>(m, "SecondMinimum",
+                                          "Another pose that explains the measurements nearly as well.");
   kr5::python::bind_struct<HandEyeResult>(m, "HandEyeResult", "Pose of the camera with its covariance.");
   m.def(
       "calibrate_hand_eye",
@@ -83,6 +86,14 @@ static void bind_evaluation(py::module_& m) {
       py::arg("views"), py::arg("camera"), py::arg("options") = HandEyeOptions(), py::arg("folds") = 0,
       py::call_guard<py::gil_scoped_release>(),
       "Error of calibrate_hand_eye on held-out views; folds 0: each view alone.");
+  m.def(
+      "evaluate_hand_eye_pairs",
+      [](const std::vector<PosePair>& pairs, const HandEyePairsOptions& options, int folds) {
+        return evaluate_hand_eye_pairs(pairs, options, folds);
+      },
+      py::arg("pairs"), py::arg("options") = HandEyePairsOptions(), py::arg("folds") = 0,
+      py::call_guard<py::gil_scoped_release>(),
+      "Error of calibrate_hand_eye_pairs on held-out pairs; folds 0: each pair alone.");
   m.def(
       "evaluate_hand_eye_method",
       [](const std::vector<HandEyeView>& views, const kr5::Pinhole& camera, const py::function& solver, Mount mount,
@@ -141,6 +152,11 @@ static void bind_kinematics_calibration(py::module_& m) {
           "which are needed where compliances were estimated [N m or N].")
       .def("flange", &KinematicsResult::flange, py::arg("q"), py::arg("torques") = Eigen::VectorXd(),
            "T_base_flange (4x4) for reported joint values and torques of the joints.");
+  kr5::python::bind_struct<CameraAgreement>(m, "CameraAgreement",
+                                            "Whether camera and target stand where a calibration puts them.");
+  m.def("camera_agreement", &camera_agreement, py::arg("found"), py::arg("stated"), py::arg("false_alarm") = 1e-3,
+        "Compares the camera and the target of the options with a calibration in which both were free; None where\n"
+        "neither was estimated.");
   m.def(
       "calibrate_kinematics",
       [](const kr5::kinematics::DhChain& nominal, const std::vector<ArmPosture>& postures,

@@ -5,7 +5,14 @@
 #include <vector>
 
 #include <kr5/core/error.hpp>
-#include <kr5/fit/cell_fit.hpp>
+#include <kr5/fit/measurements/distance.hpp>
+#include <kr5/fit/measurements/pixels.hpp>
+#include <kr5/fit/measurements/plane_point.hpp>
+#include <kr5/fit/measurements/plane_profile.hpp>
+#include <kr5/fit/measurements/pose.hpp>
+#include <kr5/fit/measurements/position.hpp>
+#include <kr5/fit/measurements/sphere_section.hpp>
+#include <kr5/fit/problem.hpp>
 
 #include "struct_binder.hpp"
 
@@ -16,6 +23,7 @@ using kr5::python::bind_struct;
 namespace {
 
 using AnyPoint = std::variant<FitBlock, Eigen::VectorXd>;
+using AnyNumber = std::variant<FitBlock, double>;
 using AnyFactor = std::variant<FitBlock, kr5::Pose>;
 using OptionalBlock = std::optional<FitBlock>;
 
@@ -27,25 +35,20 @@ FitPoint point_of(const AnyPoint& point) {
   return Eigen::Vector3d(known);
 }
 
-FitObservation observe_position(CellFit& fit, const PoseChain& chain, const AnyPoint& point, const AnyPoint& seen,
-                                const std::variant<double, Eigen::MatrixXd>& noise) {
-  if (const auto* sigma = std::get_if<double>(&noise))
-    return fit.observe_position(chain, point_of(point), point_of(seen), *sigma);
-  const auto& covariance = std::get<Eigen::MatrixXd>(noise);
-  kr5::require(covariance.rows() == 3 && covariance.cols() == 3,
-               "noise must be a standard deviation [m] or a covariance, 3 x 3 [m^2]");
-  return fit.observe_position(chain, point_of(point), point_of(seen), Eigen::Matrix3d(covariance));
+FitNumber number_of(const AnyNumber& number) {
+  if (const auto* block = std::get_if<FitBlock>(&number)) return *block;
+  return std::get<double>(number);
 }
 
 void bind_handles(py::module_& m) {
-  py::class_<FitBlock>(m, "FitBlock", "A block of parameters of a CellFit, as the add_ methods return it.")
+  py::class_<FitBlock>(m, "FitBlock", "A block of parameters of a Problem, as the add_ methods return it.")
       .def(py::init<>(), "No block.")
-      .def_readonly("index", &FitBlock::index, "Number within its CellFit; -1: no block.")
-      .def("exists", &FitBlock::exists, "Whether it is a block of a CellFit.")
+      .def_readonly("index", &FitBlock::index, "Number within its Problem; -1: no block.")
+      .def("exists", &FitBlock::exists, "Whether it is a block of a Problem.")
       .def("__repr__", [](FitBlock b) { return "FitBlock(index=" + std::to_string(b.index) + ")"; });
-  py::class_<FitObservation>(m, "FitObservation", "A measurement of a CellFit, as the observe_ methods return it.")
-      .def_readonly("index", &FitObservation::index, "Number within its CellFit.")
-      .def("__repr__", [](FitObservation o) { return "FitObservation(index=" + std::to_string(o.index) + ")"; });
+  py::class_<FitMeasurement>(m, "FitMeasurement", "A measurement of a Problem, as its add method returns it.")
+      .def_readonly("index", &FitMeasurement::index, "Number within its Problem.")
+      .def("__repr__", [](FitMeasurement o) { return "FitMeasurement(index=" + std::to_string(o.index) + ")"; });
 }
 
 void bind_chain(py::module_& m) {
@@ -87,170 +90,209 @@ void bind_chain(py::module_& m) {
 void bind_results(py::module_& m) {
   bind_struct<UnidentifiableDirection>(m, "UnidentifiableDirection",
                                        "Combination of parameters that the measurements leave open.");
-  bind_struct<CellFitOptions>(m, "CellFitOptions", "Options of CellFit.solve.");
-  py::class_<CellFitResult>(m, "CellFitResult", "Result of CellFit.solve. Look at fit.usable first.")
-      .def_readonly("fit", &CellFitResult::fit, "Report of the estimation.")
-      .def_readonly("coordinates", &CellFitResult::coordinates,
-                    "Free parameters, nuisances apart, with their units, such as \"arm.joint2.a [m]\".")
-      .def_readonly("covariance", &CellFitResult::covariance, "Covariance, in the order and units of `coordinates`.")
-      .def_readonly("unidentifiable", &CellFitResult::unidentifiable,
-                    "Combinations that the measurements alone, without priors, do not determine.")
-      .def_readonly("cost", &CellFitResult::cost, "Sum of squared whitened residuals, priors included [-].")
-      .def_readonly("residuals", &CellFitResult::residuals, "Number of residuals, priors not counted.");
-  py::class_<CellFit::Agreement>(m, "Agreement", "How measurements agree with the others, at the last result.")
-      .def_readonly("squared_distance", &CellFit::Agreement::squared_distance,
+  bind_struct<SolveOptions>(m, "SolveOptions", "Options of Problem.solve.");
+  py::class_<Agreement>(m, "Agreement", "How measurements agree with the others.")
+      .def_readonly("squared_distance", &Agreement::squared_distance,
                     "Squared distance from what all others say, in its own uncertainty: chi-square of `dof` [-].")
-      .def_readonly("dof", &CellFit::Agreement::dof, "Degrees of freedom.")
-      .def_readonly("residuals", &CellFit::Agreement::residuals,
+      .def_readonly("dof", &Agreement::dof, "Degrees of freedom.")
+      .def_readonly("residuals", &Agreement::residuals,
                     "Residuals over their standard deviations, the nuisance eliminated [-].")
-      .def_readonly("redundancy", &CellFit::Agreement::redundancy,
+      .def_readonly("redundancy", &Agreement::redundancy,
                     "Share of each residual that the parameters do not take up [-].");
-  py::class_<CellFit::SquaredResiduals>(m, "SquaredResiduals",
-                                        "Sum of squared residuals as a function of the change d of the coordinates:\n"
-                                        "squares + 2 gradient' d + d' information d.")
-      .def_readonly("squares", &CellFit::SquaredResiduals::squares, "Sum at the result [-].")
-      .def_readonly("rows", &CellFit::SquaredResiduals::rows, "Number of residuals in the sum.")
-      .def_readonly("gradient", &CellFit::SquaredResiduals::gradient, "In the order of the coordinates.")
-      .def_readonly("information", &CellFit::SquaredResiduals::information, "Likewise.");
+  py::class_<SquaredResiduals>(m, "SquaredResiduals",
+                               "Sum of squared residuals as a function of the change d of the coordinates:\n"
+                               "squares + 2 gradient' d + d' information d.")
+      .def_readonly("squares", &SquaredResiduals::squares, "Sum at the result [-].")
+      .def_readonly("rows", &SquaredResiduals::rows, "Number of residuals in the sum.")
+      .def_readonly("gradient", &SquaredResiduals::gradient, "In the order of the coordinates.")
+      .def_readonly("information", &SquaredResiduals::information, "Likewise.");
+  py::class_<Solution>(m, "Solution", "Result of Problem.solve. Look at fit.usable first.")
+      .def_readonly("fit", &Solution::fit, "Report of the estimation.")
+      .def_readonly("coordinates", &Solution::coordinates,
+                    "Free parameters, nuisances apart, with their units, such as \"arm.joint2.a [m]\".")
+      .def_readonly("covariance", &Solution::covariance, "Covariance, in the order and units of `coordinates`.")
+      .def_readonly("unidentifiable", &Solution::unidentifiable,
+                    "Combinations that the measurements alone, without priors, do not determine.")
+      .def_readonly("cost", &Solution::cost, "Sum of squared whitened residuals, priors included [-].")
+      .def_readonly("undetermined", &Solution::undetermined,
+                    "Coordinates with a part that not even a prior holds: of infinite variance.")
+      .def_readonly("residuals", &Solution::residuals, "Number of residuals, priors not counted.")
+      .def("places", &Solution::places, py::arg("block"),
+           "Places of the coordinates of a block in `coordinates`; -1 for one that is held.")
+      .def(
+          "agreement",
+          [](const Solution& self, const Problem& problem,
+             const std::variant<FitMeasurement, std::vector<FitMeasurement>>& which) {
+            if (const auto* one = std::get_if<FitMeasurement>(&which)) return self.agreement(problem, *one);
+            return self.agreement(problem, std::get<std::vector<FitMeasurement>>(which));
+          },
+          py::arg("problem"), py::arg("measurements"),
+          "How a measurement, or several made at once, agree with all others, at the problem's present values.")
+      .def(
+          "squared_residuals",
+          [](const Solution& self, const Problem& problem, const std::vector<FitMeasurement>& measurements,
+             int first_row, int end_row) { return self.squared_residuals(problem, measurements, first_row, end_row); },
+          py::arg("problem"), py::arg("measurements"), py::arg("first_row"), py::arg("end_row"),
+          "Sum over rows first_row up to, not including, end_row of the residuals of some measurements, near the\n"
+          "solution.\n\nRaises\n------\nkr5.InvalidArgument\n    A measurement with a nuisance.")
+      .def("prior_redundancy", &Solution::prior_redundancy, py::arg("problem"), py::arg("block"),
+           "Share of the prior's information on each coordinate that agrees with the data [-].");
 }
 
-void bind_blocks(py::class_<CellFit>& fit) {
-  fit.def("add_pose", &CellFit::add_pose, py::arg("name"), py::arg("start"),
+void bind_blocks(py::class_<Problem>& fit) {
+  fit.def("add_pose", &Problem::add_pose, py::arg("name"), py::arg("start"),
           "Adds a pose (4 x 4), with the coordinates x y z [m] rx ry rz [rad] of a right perturbation.")
-      .def("add_nuisance_pose", &CellFit::add_nuisance_pose, py::arg("name"),
+      .def("add_nuisance_pose", &Problem::add_nuisance_pose, py::arg("name"),
            py::arg("start") = kr5::Pose(kr5::Pose::Identity()),
            "Adds a pose that belongs to one measurement, such as the error of a robot pose. It is eliminated from the\n"
            "equations and not in the result; a measurement may have one.")
-      .def("add_nuisance_vector", &CellFit::add_nuisance_vector, py::arg("name"), py::arg("start"),
+      .def("add_nuisance_vector", &Problem::add_nuisance_vector, py::arg("name"), py::arg("start"),
            py::arg("coordinates"), "The same of numbers, named with their units, such as \"q3 [rad]\".")
-      .def("add_arm", &CellFit::add_arm, py::arg("name"), py::arg("start"),
+      .def("add_arm", &Problem::add_arm, py::arg("name"), py::arg("start"),
            "Adds an arm, with five coordinates a joint: b [m] theta_offset [rad] a [m] alpha [rad] beta [rad].")
-      .def("add_point", &CellFit::add_point, py::arg("name"), py::arg("start"), "Adds a point, (3,) [m].")
-      .def("add_vector", &CellFit::add_vector, py::arg("name"), py::arg("start"), py::arg("coordinates"),
+      .def("add_point", &Problem::add_point, py::arg("name"), py::arg("start"), "Adds a point, (3,) [m].")
+      .def("add_vector", &Problem::add_vector, py::arg("name"), py::arg("start"), py::arg("coordinates"),
            "Adds numbers, named with their units, such as \"joint2.compliance [rad/(N m)]\".")
-      .def("add_camera", &CellFit::add_camera, py::arg("name"), py::arg("start"),
+      .def("add_camera", &Problem::add_camera, py::arg("name"), py::arg("start"),
            "Adds a camera, with the coordinates of kr5.Pinhole [px or -].")
-      .def("hold", py::overload_cast<FitBlock, int>(&CellFit::hold), py::arg("block"), py::arg("coordinate") = -1,
+      .def("hold", py::overload_cast<FitBlock, int>(&Problem::hold), py::arg("block"), py::arg("coordinate") = -1,
            "Keeps a coordinate of a block, counted from 0, at its start; -1: all of them.")
-      .def("tie", &CellFit::tie, py::arg("block"), py::arg("leader"), py::arg("follower"), py::arg("ratio") = 1.0,
+      .def("tie", &Problem::tie, py::arg("block"), py::arg("leader"), py::arg("follower"), py::arg("ratio") = 1.0,
            "Lets a coordinate of a block change as another one does, times `ratio`: square pixels tie fy to fx.")
-      .def("hold", py::overload_cast<const std::string&>(&CellFit::hold), py::arg("name"),
+      .def("hold", py::overload_cast<const std::string&>(&Problem::hold), py::arg("name"),
            "Keeps a block, or one coordinate such as \"arm.joint2.a\", at its start; False when there is none.")
-      .def("any_free", &CellFit::any_free,
+      .def("any_free", &Problem::any_free,
            "Whether a measurement that takes part depends on a coordinate that is not held.")
-      .def("set_prior", &CellFit::set_prior, py::arg("block"), py::arg("sigma"),
+      .def("set_prior", &Problem::set_prior, py::arg("block"), py::arg("sigma"),
            "Standard deviation of each coordinate about its start, in its unit; infinite where nothing is known.")
-      .def("begin_at", py::overload_cast<FitBlock, const Eigen::VectorXd&>(&CellFit::begin_at), py::arg("block"),
+      .def("begin_at", py::overload_cast<FitBlock, const Eigen::VectorXd&>(&Problem::begin_at), py::arg("block"),
            py::arg("values"),
            "Values, as values() gives them, from which the next solve begins; a prior stays about the block's start.")
-      .def("begin_at", py::overload_cast<FitBlock, const kr5::Pose&>(&CellFit::begin_at), py::arg("block"),
+      .def("begin_at", py::overload_cast<FitBlock, const kr5::Pose&>(&Problem::begin_at), py::arg("block"),
            py::arg("pose"), "Pose (4 x 4) from which the next solve begins.");
 }
 
-void bind_observations(py::class_<CellFit>& fit) {
-  fit.def("observe_pose", py::overload_cast<const PoseChain&, const kr5::Pose&, double, double>(&CellFit::observe_pose),
-          py::arg("chain"), py::arg("seen"), py::arg("sigma_position"), py::arg("sigma_rotation"),
-          "Whole pose of the last frame of a chain (4 x 4), with standard deviations per axis [m] and [rad].")
-      .def("observe_pose",
-           py::overload_cast<const PoseChain&, const kr5::Pose&, const kr5::Matrix6&>(&CellFit::observe_pose),
-           py::arg("chain"), py::arg("seen"), py::arg("covariance"),
-           "The same with the covariance of the pose, right perturbation (6 x 6 [m, rad]).")
-      .def("observe_position", &observe_position, py::arg("chain"), py::arg("point"), py::arg("seen"), py::arg("noise"),
-           "Place of a point of the last frame of a chain.\n\n"
-           "Parameters\n----------\npoint\n    Known point, (3,) [m], or a block made by add_point.\n"
-           "seen\n    Where it was seen in the first frame, (3,) [m], or a block: a place that measurements share.\n"
-           "noise\n    Standard deviation per axis [m], or covariance, 3 x 3 [m^2].")
-      .def(
-          "observe_distance",
-          [](CellFit& self, const PoseChain& chain, const AnyPoint& point, const AnyPoint& other, double distance,
-             double sigma, const OptionalBlock& radius) {
-            return self.observe_distance(chain, point_of(point), point_of(other), distance, sigma,
-                                         radius.value_or(FitBlock{}));
-          },
-          py::arg("chain"), py::arg("point"), py::arg("other"), py::arg("distance"), py::arg("sigma"),
-          py::arg("radius") = py::none(),
-          "Distance of a point of the last frame from a point of the first frame, with its standard deviation [m].\n"
-          "With `radius`, a block of one number, the distance is that number: a point on a sphere.")
-      .def(
-          "observe_on_plane",
-          [](CellFit& self, const PoseChain& chain, const AnyPoint& point, double sigma) {
-            return self.observe_on_plane(chain, point_of(point), sigma);
-          },
-          py::arg("chain"), py::arg("point"), py::arg("sigma"),
-          "A point of the last frame on the plane z = 0 of the first frame, with its standard deviation [m].")
-      .def("observe_points_on_plane",
-           py::overload_cast<const PoseChain&, const Eigen::Matrix3Xd&, const Eigen::MatrixXd&>(
-               &CellFit::observe_on_plane),
-           py::arg("chain"), py::arg("points"), py::arg("covariance"),
-           "Points (3 x n or n x 3 [m]) of the last frame on that plane, with the covariance of their distances from "
-           "it\n"
-           "(n x n [m^2]).")
-      .def(
-          "observe_sphere_section",
-          [](CellFit& self, const PoseChain& chain, const AnyPoint& centre, double radius, const Eigen::VectorXd& seen,
-             const Eigen::MatrixXd& covariance, const OptionalBlock& radius_block) {
-            kr5::require(seen.size() == 3 && covariance.rows() == 3 && covariance.cols() == 3,
-                         "seen must be x, z and radius [m], and covariance theirs, 3 x 3 [m^2]");
-            return self.observe_sphere_section(chain, point_of(centre), radius, Eigen::Vector3d(seen),
-                                               Eigen::Matrix3d(covariance), radius_block.value_or(FitBlock{}));
-          },
-          py::arg("chain"), py::arg("centre"), py::arg("radius"), py::arg("seen"), py::arg("covariance"),
-          py::arg("radius_block") = py::none(),
-          "Circle that a scanner sees of a sphere: x, z and radius [m] of the section by the plane y = 0 of the first\n"
-          "frame, with their covariance (3 x 3 [m^2]). `centre` is that of the sphere, in the last frame. With\n"
-          "`radius_block`, a block of one number, the radius of the sphere is that number.")
-      .def(
-          "observe_pixels",
-          [](CellFit& self, const PoseChain& T_camera_target, FitBlock camera, const Eigen::Matrix3Xd& points,
-             const Eigen::Matrix2Xd& pixels, double sigma, FitBlock amounts, const Eigen::MatrixXd& displacements) {
-            return self.observe_pixels(T_camera_target, camera, points, pixels, sigma, {amounts, displacements});
-          },
-          py::arg("T_camera_target"), py::arg("camera"), py::arg("points"), py::arg("pixels"), py::arg("sigma"),
-          py::arg("amounts") = FitBlock(), py::arg("displacements") = Eigen::MatrixXd(),
-          "Pixels (2 x n or n x 2) of points (3 x n or n x 3 [m]) of the last frame of a chain that begins in the "
-          "camera, with their\n"
-          "standard deviation per axis [px]. Point k of a target that departs from its nominal points is moved by "
-          "rows\n"
-          "3 k to 3 k + 2 of `displacements` (3 n x m [m per unit]) times the numbers of the block `amounts`.")
-      .def("set_weight", &CellFit::set_weight, py::arg("observation"), py::arg("weight"),
-           "Takes a measurement out (0) or gives it another weight [-].")
-      .def("set_covariance", &CellFit::set_covariance, py::arg("observation"), py::arg("covariance"),
-           "Gives a measurement of a pose, a position, points on a plane or a sphere's section another covariance.")
-      .def("set_pixel_sigmas", &CellFit::set_pixel_sigmas, py::arg("observation"), py::arg("sigmas"),
-           "Standard deviation of each point of a measurement of pixels, (n,) [px]; infinite: it has no part.");
+/// A kind of measurement, and the overload of Problem.add that takes it.
+template <class Kind>
+py::class_<Kind> bind_measurement(py::module_& m, py::class_<Problem>& problem, const char* name, const char* doc) {
+  py::class_<Kind> kind(m, name, doc);
+  problem.def(
+      "add", [](Problem& self, const Kind& measurement) { return self.add(measurement); }, py::arg("measurement"),
+      "Adds a measurement.\n\nRaises\n------\nkr5.InvalidArgument\n    It does not fit the blocks that it depends on.");
+  return kind;
 }
 
-void bind_evaluation(py::class_<CellFit>& fit) {
-  fit.def("solve", &CellFit::solve, py::arg("options") = CellFitOptions{}, py::call_guard<py::gil_scoped_release>(),
+void bind_pose(py::module_& m, py::class_<Problem>& problem) {
+  bind_measurement<PoseMeasurement>(m, problem, "PoseMeasurement", "Whole pose of the last frame of a chain.")
+      .def(py::init<PoseChain, const kr5::Pose&, double, double>(), py::arg("chain"), py::arg("seen"),
+           py::arg("sigma_position"), py::arg("sigma_rotation"),
+           "Where it was seen (4 x 4), with standard deviations per axis [m] and [rad].")
+      .def(py::init<PoseChain, const kr5::Pose&, const kr5::Matrix6&>(), py::arg("chain"), py::arg("seen"),
+           py::arg("covariance"), "The same with the covariance of the pose, right perturbation (6 x 6 [m, rad]).");
+}
+
+void bind_position(py::module_& m, py::class_<Problem>& problem) {
+  bind_measurement<PositionMeasurement>(m, problem, "PositionMeasurement",
+                                        "Place of a point of the last frame of a chain.")
+      .def(py::init([](const PoseChain& chain, const AnyPoint& point, const AnyPoint& seen,
+                       const std::variant<double, Eigen::MatrixXd>& noise) {
+             if (const auto* sigma = std::get_if<double>(&noise))
+               return PositionMeasurement(chain, point_of(point), point_of(seen), *sigma);
+             const auto& covariance = std::get<Eigen::MatrixXd>(noise);
+             kr5::require(covariance.rows() == 3 && covariance.cols() == 3,
+                          "noise must be a standard deviation [m] or a covariance, 3 x 3 [m^2]");
+             return PositionMeasurement(chain, point_of(point), point_of(seen), Eigen::Matrix3d(covariance));
+           }),
+           py::arg("chain"), py::arg("point"), py::arg("seen"), py::arg("noise"),
+           "Parameters\n----------\npoint\n    Known point, (3,) [m], or a block made by add_point.\n"
+           "seen\n    Where it was seen in the first frame, (3,) [m], or a block: a place that measurements share.\n"
+           "noise\n    Standard deviation per axis [m], or covariance, 3 x 3 [m^2].");
+}
+
+void bind_distance(py::module_& m, py::class_<Problem>& problem) {
+  bind_measurement<DistanceMeasurement>(m, problem, "DistanceMeasurement",
+                                        "Distance of a point of the last frame of a chain from one of its first.")
+      .def(py::init([](const PoseChain& chain, const AnyPoint& point, const AnyPoint& other, const AnyNumber& distance,
+                       double sigma) {
+             return DistanceMeasurement(chain, point_of(point), point_of(other), number_of(distance), sigma);
+           }),
+           py::arg("chain"), py::arg("point"), py::arg("other"), py::arg("distance"), py::arg("sigma"),
+           "With its standard deviation [m]. `distance` [m] may be a block of one number, that several measurements\n"
+           "share: points on a sphere.");
+}
+
+void bind_plane(py::module_& m, py::class_<Problem>& problem) {
+  bind_measurement<PlanePointMeasurement>(m, problem, "PlanePointMeasurement",
+                                          "A point of the last frame of a chain on the plane z = 0 of its first frame.")
+      .def(py::init([](const PoseChain& chain, const AnyPoint& point, double sigma) {
+             return PlanePointMeasurement(chain, point_of(point), sigma);
+           }),
+           py::arg("chain"), py::arg("point"), py::arg("sigma"), "With its standard deviation [m].");
+  bind_measurement<PlaneProfileMeasurement>(m, problem, "PlaneProfileMeasurement",
+                                            "Points of the last frame of a chain on the plane z = 0 of its first.")
+      .def(py::init<PoseChain, Eigen::Matrix3Xd, const Eigen::MatrixXd&>(), py::arg("chain"), py::arg("points"),
+           py::arg("covariance"),
+           "Points (3 x n or n x 3 [m]), with the covariance of their distances from the plane (n x n [m^2]).");
+}
+
+void bind_sphere_section(py::module_& m, py::class_<Problem>& problem) {
+  bind_measurement<SphereSectionMeasurement>(m, problem, "SphereSectionMeasurement",
+                                             "The circle that a scanner, at the first frame, sees of a sphere.")
+      .def(py::init([](const PoseChain& chain, const AnyPoint& centre, const AnyNumber& radius,
+                       const Eigen::VectorXd& section, const Eigen::MatrixXd& covariance) {
+             kr5::require(section.size() == 3 && covariance.rows() == 3 && covariance.cols() == 3,
+                          "section must be x, z and radius [m], and covariance theirs, 3 x 3 [m^2]");
+             return SphereSectionMeasurement(chain, point_of(centre), number_of(radius), Eigen::Vector3d(section),
+                                             Eigen::Matrix3d(covariance));
+           }),
+           py::arg("chain"), py::arg("centre"), py::arg("radius"), py::arg("section"), py::arg("covariance"),
+           "x, z and radius [m] of the section by the plane y = 0 of the first frame, with their covariance\n"
+           "(3 x 3 [m^2]). `centre` is that of the sphere, in the last frame; `radius` [m] may be a block of one "
+           "number.");
+}
+
+void bind_pixels(py::module_& m, py::class_<Problem>& problem) {
+  bind_measurement<PixelMeasurement>(m, problem, "PixelMeasurement",
+                                     "Pixels of points of the last frame of a chain that begins in the camera.")
+      .def(py::init([](const PoseChain& T_camera_target, FitBlock camera, const Eigen::Matrix3Xd& points,
+                       const Eigen::Matrix2Xd& pixels, double sigma, FitBlock amounts,
+                       const Eigen::MatrixXd& displacements) {
+             return PixelMeasurement(T_camera_target, camera, points, pixels, sigma, {amounts, displacements});
+           }),
+           py::arg("T_camera_target"), py::arg("camera"), py::arg("points"), py::arg("pixels"), py::arg("sigma"),
+           py::arg("amounts") = FitBlock(), py::arg("displacements") = Eigen::MatrixXd(),
+           "Pixels (2 x n or n x 2) of points (3 x n or n x 3 [m]), with their standard deviation per axis [px]. Point "
+           "k\n"
+           "of a target that departs from its nominal points is moved by rows 3 k to 3 k + 2 of `displacements`\n"
+           "(3 n x m [m per unit]) times the numbers of the block `amounts`.");
+}
+
+void bind_noise(py::class_<Problem>& problem) {
+  problem
+      .def("set_weight", &Problem::set_weight, py::arg("measurement"), py::arg("weight"),
+           "Takes a measurement out (0) or gives it another weight [-].")
+      .def("set_covariance", &Problem::set_covariance, py::arg("measurement"), py::arg("covariance"),
+           "Gives a measurement of a pose, a position, points on a plane or a sphere's section another covariance.")
+      .def(
+          "set_pixel_sigmas",
+          [](Problem& self, FitMeasurement measurement, const Eigen::VectorXd& sigmas) {
+            self.measurement<PixelMeasurement>(measurement).set_sigmas(sigmas);
+          },
+          py::arg("measurement"), py::arg("sigmas"),
+          "Standard deviation of each point of a measurement of pixels, (n,) [px]; infinite: it has no part.");
+}
+
+void bind_evaluation(py::class_<Problem>& fit) {
+  fit.def("solve", &Problem::solve, py::arg("options") = SolveOptions{}, py::call_guard<py::gil_scoped_release>(),
           "Minimises from the present values and keeps what it found.\n\n"
           "Raises\n------\nkr5.InvalidArgument\n    Nothing is free.")
-      .def("pose", &CellFit::pose, py::arg("block"), "Present pose of a block, 4 x 4 [m].")
-      .def("arm", &CellFit::arm, py::arg("block"), "Present arm of a block.")
-      .def("camera", &CellFit::camera, py::arg("block"), "Present camera of a block.")
-      .def("values", &CellFit::values, py::arg("block"), "Present numbers of a block, as stored; of a pose see pose().")
-      .def("coordinates", &CellFit::coordinates, py::arg("block"),
-           "Places of the free coordinates of a block in the last result; -1 for one that is held.")
-      .def("residuals", &CellFit::residuals, py::arg("observation"),
+      .def("pose", &Problem::pose, py::arg("block"), "Present pose of a block, 4 x 4 [m].")
+      .def("arm", &Problem::arm, py::arg("block"), "Present arm of a block.")
+      .def("camera", &Problem::camera, py::arg("block"), "Present camera of a block.")
+      .def("values", &Problem::values, py::arg("block"), "Present numbers of a block, as stored; of a pose see pose().")
+      .def("residuals", &Problem::residuals, py::arg("measurement"),
            "Residuals of a measurement over their standard deviations, at the present values [-].")
-      .def(
-          "squared_residuals",
-          [](const CellFit& self, const std::vector<FitObservation>& observations, int first_row, int end_row) {
-            return self.squared_residuals(observations, first_row, end_row);
-          },
-          py::arg("observations"), py::arg("first_row"), py::arg("end_row"),
-          "Sum over rows first_row up to, not including, end_row of the residuals of some measurements, near the last\n"
-          "result.\n\nRaises\n------\nkr5.InvalidArgument\n    A measurement with a nuisance.")
-      .def(
-          "agreement",
-          [](const CellFit& self, const std::variant<FitObservation, std::vector<FitObservation>>& which) {
-            if (const auto* one = std::get_if<FitObservation>(&which)) return self.agreement(*one);
-            return self.agreement(std::get<std::vector<FitObservation>>(which));
-          },
-          py::arg("observations"),
-          "How a measurement, or several made at once, agree with all others, at the last result.")
-      .def("prior_redundancy", &CellFit::prior_redundancy, py::arg("block"),
-           "Share of the prior's information on each coordinate that agrees with the data [-].")
-      .def("change", &CellFit::change, py::arg("block"), "Change of each coordinate from its start, in its unit.");
+      .def("change", &Problem::change, py::arg("block"), "Change of each coordinate from its start, in its unit.");
 }
 
 }  // namespace
@@ -259,13 +301,19 @@ void bind_fit(py::module_& m) {
   m.doc() = "Fit of a cell to any mixture of measurements.";
   bind_handles(m);
   bind_chain(m);
-  bind_results(m);
-  py::class_<CellFit> fit(
-      m, "CellFit",
-      "Least-squares problem of a cell: blocks of parameters (add_), measurements along chains of poses (observe_),\n"
+  py::class_<Problem> fit(
+      m, "Problem",
+      "Least-squares problem of a cell: blocks of parameters (add_), measurements along chains of poses (add),\n"
       "their solution (solve). Residuals are whitened by the given standard deviations.");
   fit.def(py::init<>());
+  bind_results(m);
   bind_blocks(fit);
-  bind_observations(fit);
+  bind_pose(m, fit);
+  bind_position(m, fit);
+  bind_distance(m, fit);
+  bind_plane(m, fit);
+  bind_sphere_section(m, fit);
+  bind_pixels(m, fit);
+  bind_noise(fit);
   bind_evaluation(fit);
 }

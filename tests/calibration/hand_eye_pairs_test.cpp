@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include <kr5/calibration/evaluate.hpp>
 #include <kr5/calibration/hand_eye_pairs.hpp>
 #include <kr5/core/error.hpp>
 #include <support/coverage.hpp>
@@ -139,4 +140,26 @@ TEST_CASE("pairs that are none are refused") {
   bad = w.pairs, bad[2].T_camera_target.linear() *= 1.1;
   refuses(bad, "no proper rotation");
   CHECK_THROWS_WITH(calibrate_hand_eye_pairs(w.pairs, {.sigma_position = -1}), Catch::Contains("sigma_position"));
+}
+
+TEST_CASE("held-out pairs are judged by a calibration without them, each once, and a blunder shows") {
+  PairsWorld w = make_pairs_world(12, Mount::EyeInHand, noise, 77);
+  Random random(78);
+  spoil_pair(w, 5, random);
+  const HandEyeEvaluation judged = evaluate_hand_eye_pairs(w.pairs, {.mount = Mount::EyeInHand}, 4);
+  REQUIRE(judged.views.size() == 12);
+  CHECK(judged.unjudged == 0);
+  // What group 1 of four is judged by: pairs 1, 5 and 9 were left out.
+  std::vector<PosePair> rest;
+  for (std::size_t i = 0; i < 12; ++i)
+    if (i % 4 != 1) rest.push_back(w.pairs[i]);
+  const HandEyeResult r = calibrate_hand_eye_pairs(rest, {.mount = Mount::EyeInHand});
+  const Pose M = r.T_mount_camera.inverse() * w.pairs[9].T_base_flange.inverse() * r.T_fixed_target;
+  const Vector6 off = pose_difference(w.pairs[9].T_camera_target, M);
+  CHECK(judged.views[9].position == Approx(off.head<3>().norm()).epsilon(1e-9));
+  CHECK(judged.views[9].rotation == Approx(off.tail<3>().norm()).epsilon(1e-9));
+  for (std::size_t i = 0; i < 12; ++i)
+    CHECK((judged.views[i].position > 0.015 || judged.views[i].rotation > 0.04) == (i == 5));
+  CHECK(judged.position_median < 5e-3);
+  CHECK_THROWS_AS(evaluate_hand_eye_pairs(std::span(w.pairs).first(3), {}), InvalidArgument);
 }

@@ -7,7 +7,9 @@
 #include <kr5/cell/cell.hpp>
 #include <kr5/core/error.hpp>
 #include <kr5/core/random.hpp>
-#include <kr5/fit/cell_fit.hpp>
+#include <kr5/fit/measurements/pose.hpp>
+#include <kr5/fit/measurements/position.hpp>
+#include <kr5/fit/problem.hpp>
 
 using namespace kr5;
 using namespace kr5::calibration;
@@ -74,23 +76,23 @@ TEST_CASE("the stated uncertainty of the predicted place is that of a cell fit w
   PostureChoiceOptions o;
   o.count = 9, o.measures_pose = true, o.point = Eigen::Vector3d(0.1, -0.2, 0.3);
   o.sigma_position = 2e-4, o.sigma_rotation = 3e-3;
-  fit::CellFit fit;
+  fit::Problem fit;
   const fit::FitBlock base = fit.add_pose("base", Pose::Identity()), links = fit.add_arm("arm", arm()),
                       tool = fit.add_pose("tool", Pose::Identity());
   Eigen::VectorXd tolerance(30);
   for (int k = 0; k < 30; ++k) tolerance[k] = k % 5 == 0 || k % 5 == 2 ? o.tolerance_length : o.tolerance_angle;
   fit.set_prior(links, tolerance);
   fit.set_prior(base, Vector6::Constant(10.0)), fit.set_prior(tool, Vector6::Constant(10.0));
-  std::vector<fit::FitObservation> places;
+  std::vector<fit::FitMeasurement> places;
   for (const Eigen::VectorXd& q : postures) {
     const fit::PoseChain chain = fit::PoseChain().then(base).then_arm(links, q).then(tool);
-    fit.observe_pose(chain, arm().flange(q), o.sigma_position, o.sigma_rotation);
-    places.push_back(fit.observe_position(chain, o.point, fit::FitPoint(), 1.0));
+    fit.add(fit::PoseMeasurement(chain, arm().flange(q), o.sigma_position, o.sigma_rotation));
+    places.push_back(fit.add(fit::PositionMeasurement(chain, o.point, fit::FitPoint(), 1.0)));
     fit.set_weight(places.back(), 0.0);
   }
-  const fit::CellFitResult result = fit.solve();
+  const fit::Solution result = fit.solve();
   double variance = 0;
-  for (const fit::FitObservation place : places) {
+  for (const fit::FitMeasurement place : places) {
     const Eigen::MatrixXd J = fit.derivatives(place)->by_coordinate;
     variance += (J * result.covariance * J.transpose()).trace() / 9;
   }

@@ -1,10 +1,10 @@
-#include "calibration/cell_fit/sound_probability.hpp"
+#include "calibration/pipeline/sound_probability.hpp"
 
 #include <algorithm>
 
 #include <catch2/catch.hpp>
 
-using kr5::calibration::cell_fit::settle_outliers;
+using kr5::calibration::pipeline::settle_outliers;
 
 namespace {
 

@@ -52,3 +52,27 @@ TEST_CASE("limits name the joints outside, and may be infinite") {
   CHECK(outside_limits(Eigen::Vector3d(1.1, 100, -0.1), lower, upper) == std::vector<int>{0, 2});
   CHECK_THROWS_AS(outside_limits(Eigen::Vector2d(0, 0), lower, upper), InvalidArgument);
 }
+
+TEST_CASE("the flange's derivative by every joint parameter is that of finite differences") {
+  Random random(1);
+  for (int trial = 0; trial < 50; ++trial) {
+    const DhChain arm = test::random_chain(random, 1 + trial % 8);
+    const Eigen::VectorXd q = random.normal_vector(static_cast<Eigen::Index>(arm.joints.size()));
+    Pose T;
+    const Jacobian J = parameter_jacobian(arm, q, &T);
+    CHECK(T.isApprox(arm.flange(q), 1e-14));
+    const double h = 1e-6;
+    for (Eigen::Index k = 0; k < J.cols(); ++k) {
+      const auto moved = [&](double by) {
+        DhChain other = arm;
+        DhJoint& joint = other.joints[static_cast<std::size_t>(k / 5)];
+        double* const parameters[] = {&joint.b, &joint.theta_offset, &joint.a, &joint.alpha, &joint.beta};
+        *parameters[k % 5] += by;
+        return other.flange(q);
+      };
+      const Vector6 numeric = (pose_difference(T, moved(h)) - pose_difference(T, moved(-h))) / (2 * h);
+      CAPTURE(trial, k);
+      CHECK((numeric - J.col(k)).norm() < 1e-8);
+    }
+  }
+}

@@ -25,7 +25,7 @@ def bent(nominal):
 def tracked(nominal, noise):
     """The problem of the header's example, where only what was bent is free of the arm."""
     true, random = bent(nominal), np.random.default_rng(3)
-    problem = fit.CellFit()
+    problem = fit.Problem()
     arm, base = problem.add_arm("arm", nominal), problem.add_pose("base", BASE @ kr5.to_pose([0.01] * 6))
     tip = problem.add_point("tool", np.zeros(3))
     for k in range(30):
@@ -35,7 +35,11 @@ def tracked(nominal, noise):
     for q in random.uniform(-1.2, 1.2, (40, 6)):
         T = BASE @ true.flange(q)
         place = T[:3, :3] @ TIP + T[:3, 3] + random.normal(0, noise, 3)
-        seen.append(problem.observe_position(fit.PoseChain().then(base).then_arm(arm, q), tip, place, max(noise, 1e-6)))
+        seen.append(
+            problem.add(
+                fit.PositionMeasurement(fit.PoseChain().then(base).then_arm(arm, q), tip, place, max(noise, 1e-6))
+            )
+        )
     return problem, arm, base, tip, seen
 
 
@@ -51,16 +55,16 @@ def test_a_tracker_gives_arm_base_and_tip(nominal):
 
 def test_the_covariance_is_that_of_the_noise_and_an_outlier_is_taken_out(nominal):
     problem, arm, _, _, seen = tracked(nominal, 1e-4)
-    result = problem.solve(fit.CellFitOptions(max_iterations=50))
-    places = [p for p in problem.coordinates(arm) if p >= 0]
+    result = problem.solve(fit.SolveOptions(max_iterations=50))
+    places = [p for p in result.places(arm) if p >= 0]
     off = problem.change(arm)[[7, 11]] - [8e-4, 2e-3]
     assert off @ np.linalg.solve(result.covariance[np.ix_(places, places)], off) < 13.8  # 99.9 % of two
     assert result.cost == pytest.approx(120 - 11, abs=5 * np.sqrt(2 * 109))
     # A row of its own: chi-square of three, and shares of redundancy that sum to all that is left over.
-    agreements = [problem.agreement(o) for o in seen]
+    agreements = [result.agreement(problem, o) for o in seen]
     assert all(a.dof == 3 for a in agreements) and max(a.squared_distance for a in agreements) < 30
     assert sum(a.redundancy.sum() for a in agreements) == pytest.approx(120 - 11, abs=1e-6)
-    together = problem.squared_residuals(seen, 0, 3)
+    together = result.squared_residuals(problem, seen, 0, 3)
     assert together.rows == 120 and together.squares == pytest.approx(result.cost)
     assert np.allclose(np.linalg.inv(together.information), result.covariance, rtol=1e-5, atol=1e-14)
     problem.set_weight(seen[4], 0.0)
@@ -72,7 +76,7 @@ def test_pixels_give_a_camera_and_its_pose():
     random = np.random.default_rng(5)
     board = np.array([[x, y, 0.02 * ((x + y) % 2)] for x in range(6) for y in range(5)]).T * [[0.05], [0.05], [1.0]]
     start = kr5.Pinhole(width=1280, height=960, fx=980, fy=990, cx=645, cy=465)
-    problem = fit.CellFit()
+    problem = fit.Problem()
     camera, mount = problem.add_camera("camera", start), problem.add_pose("mount", np.eye(4))
     for name in ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"):
         assert problem.hold(f"camera.{name}")
@@ -84,7 +88,7 @@ def test_pixels_give_a_camera_and_its_pose():
         pixels = lens.project(T[:3, :3] @ board + T[:3, 3:])
         known = T_flange_camera @ T  # board in the flange, known
         chain = fit.PoseChain().then_inverse(mount).then(known)
-        views.append(problem.observe_pixels(chain, camera, board, pixels, 0.1))
+        views.append(problem.add(fit.PixelMeasurement(chain, camera, board, pixels, 0.1)))
     result = problem.solve()
     assert result.fit.usable and np.allclose(problem.pose(mount), T_flange_camera, atol=1e-7)
     found = problem.camera(camera)
@@ -97,17 +101,17 @@ def test_pixels_give_a_camera_and_its_pose():
 
 
 def test_what_cannot_be_is_refused_in_words(nominal):
-    problem = fit.CellFit()
+    problem = fit.Problem()
     arm, base = problem.add_arm("arm", nominal), problem.add_pose("base", np.eye(4))
     chain = fit.PoseChain().then(base)
     with pytest.raises(kr5.InvalidArgument, match="a point has three coordinates or is a FitBlock, found 2 numbers"):
-        problem.observe_position(chain, [0.0, 1.0], np.zeros(3), 1e-3)
+        problem.add(fit.PositionMeasurement(chain, [0.0, 1.0], np.zeros(3), 1e-3))
     with pytest.raises(kr5.InvalidArgument, match=r"standard deviation \[m\] or a covariance, 3 x 3"):
-        problem.observe_position(chain, np.zeros(3), np.zeros(3), np.eye(2))
+        problem.add(fit.PositionMeasurement(chain, np.zeros(3), np.zeros(3), np.eye(2)))
     with pytest.raises(kr5.InvalidArgument, match="covariance must be positive definite"):
-        problem.observe_position(chain, np.zeros(3), np.zeros(3), -np.eye(3))
+        problem.add(fit.PositionMeasurement(chain, np.zeros(3), np.zeros(3), -np.eye(3)))
     with pytest.raises(kr5.InvalidArgument, match="expected 6"):
-        problem.observe_position(fit.PoseChain().then_arm(arm, [0.0]), np.zeros(3), np.zeros(3), 1e-3)
+        problem.add(fit.PositionMeasurement(fit.PoseChain().then_arm(arm, [0.0]), np.zeros(3), np.zeros(3), 1e-3))
     with pytest.raises(kr5.InvalidArgument, match="no parameter is free"):
         problem.solve()
     with pytest.raises(ValueError, match="4x4"):
@@ -116,14 +120,14 @@ def test_what_cannot_be_is_refused_in_words(nominal):
 
 
 def test_poses_count_by_their_covariance_and_a_pose_may_begin_elsewhere():
-    poses = fit.CellFit()
+    poses = fit.Problem()
     block = poses.add_pose("pose", np.eye(4))
     first, second = np.diag([1e-6] * 3 + [1e-4] * 3), np.diag([3e-6] * 3 + [1e-4] * 3)
     chain = fit.PoseChain().then(block)
     moved = np.eye(4)
     moved[0, 3] = 0.4
-    poses.observe_pose(chain, np.eye(4), first)
-    seen = poses.observe_pose(chain, moved, np.eye(6))
+    poses.add(fit.PoseMeasurement(chain, np.eye(4), first))
+    seen = poses.add(fit.PoseMeasurement(chain, moved, np.eye(6)))
     poses.set_covariance(seen, second)
     poses.begin_at(block, moved)
     result = poses.solve()

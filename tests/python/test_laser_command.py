@@ -2,6 +2,7 @@
 
 import json
 import math
+from pathlib import Path
 
 import kr5
 import numpy as np
@@ -112,6 +113,30 @@ def test_a_folder_of_profiles_gives_the_scanner_a_cloud_a_cell_and_a_page(folder
     done = run_kr5("report", "laser.json", "-o", "page.html", "--png", "plots")
     assert done.returncode == 0, done.stderr
     assert {"profile_errors.png", "cloud.png", "correlation.png"} <= {f.name for f in (folder / "plots").iterdir()}
+
+
+@pytest.mark.parametrize(
+    ("case", "expected", "rms"),
+    [
+        # Ten profiles of a ball from the side: another minimum lies beside the right one, at an RMS of 0.63 mm.
+        ("linescan_side", [0.0835, -0.0072, 0.164, *np.radians([-3.2, -0.3, 132.35])], 0.07),
+        # A scanner that counts from the middle of its range: most z are negative.
+        ("linescan_centred", [0.060, 0.010, 0.080], None),
+    ],
+)
+def test_a_ball_is_found_from_any_start(case, expected, rms, tmp_path, run_kr5):
+    source = Path(__file__).parent / "data" / case
+    ball = ("--target", "sphere:0.0125", "--length", "mm", "--profile-length", "mm")
+    done = run_kr5("calibrate", "laser", source, *ball, "-o", "laser.json")
+    assert done.returncode == 0, done.stderr
+    result = json.loads((tmp_path / "laser.json").read_text())["result"]
+    T, spread = np.array(result["T_flange_scanner"]), np.sqrt(np.diag(result["covariance"]))
+    found = np.array(kr5.to_xyzrpy(T))
+    assert np.abs(found[:3] - expected[:3]).max() < max(4 * spread[:3].max(), 5e-4)
+    if len(expected) == 6:
+        assert np.abs(found[3:] - expected[3:]).max() < max(4 * spread[3:].max(), 0.01)
+    if rms:
+        assert 1e3 * result["rms"] == pytest.approx(rms, abs=0.02)
 
 
 def test_poses_are_interpolated_at_the_times_of_the_profiles(tmp_path, run_kr5):

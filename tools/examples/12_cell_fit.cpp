@@ -5,7 +5,9 @@
 #include <cstdio>
 
 #include <kr5/cell/cell.hpp>
-#include <kr5/fit/cell_fit.hpp>
+#include <kr5/fit/measurements/pixels.hpp>
+#include <kr5/fit/measurements/position.hpp>
+#include <kr5/fit/problem.hpp>
 
 using namespace kr5;
 
@@ -22,7 +24,7 @@ int main(int, char** argv) {
   Eigen::Matrix3Xd board(3, 4);  // [m]
   board << 0, 0.2, 0.2, 0, 0, 0, 0.15, 0.15, 0, 0, 0, 0;
 
-  fit::CellFit fit;
+  fit::Problem fit;
   const fit::FitBlock arm = fit.add_arm("arm", nominal), base = fit.add_pose("base", T_tracker_base),
                       tip = fit.add_point("ball", Eigen::Vector3d::Zero()), camera = fit.add_camera("lens", lens),
                       hand_eye = fit.add_pose("hand_eye", T_flange_camera);
@@ -37,7 +39,7 @@ int main(int, char** argv) {
     for (int j = 0; j < 6; ++j) q[j] = 1.2 * std::sin((3 + j) * k + j);
     const Eigen::Vector3d noise(std::sin(7.0 * k), std::sin(11.0 * k), std::sin(13.0 * k));
     const Eigen::Vector3d seen = T_tracker_base * truth.flange(q) * ball + 1e-4 * noise;
-    fit.observe_position(fit::PoseChain().then(base).then_arm(arm, q), tip, seen, 1e-4);
+    fit.add(fit::PositionMeasurement(fit::PoseChain().then(base).then_arm(arm, q), tip, seen, 1e-4));
 
     // The board stands half a metre before the camera, wherever that is: a pose of its own for every view, which the
     // tracker measures, too.
@@ -45,16 +47,16 @@ int main(int, char** argv) {
     const Pose T_tracker_board = T_tracker_base * truth.flange(q) * T_flange_camera * T_camera_board;
     Eigen::Matrix2Xd pixels(2, 4);
     for (int i = 0; i < 4; ++i) pixels.col(i) = lens.project(T_camera_board * Eigen::Vector3d(board.col(i)));
-    fit.observe_pixels(
+    fit.add(fit::PixelMeasurement(
         fit::PoseChain().then_inverse(hand_eye).then_inverse_arm(arm, q).then_inverse(base).then(T_tracker_board),
-        camera, board, pixels, 0.2);
+        camera, board, pixels, 0.2));
   }
 
-  const fit::CellFitResult result = fit.solve();
+  const fit::Solution result = fit.solve();
   std::printf("%s, %d residuals, %zu parameters\n", result.fit.usable() ? "usable" : "not usable", result.residuals,
               result.coordinates.size());
   const Eigen::VectorXd change = fit.change(arm);
-  const std::vector<int> places = fit.coordinates(arm);
+  const std::vector<int> places = result.places(arm);
   for (const int k : {7, 11}) {
     const auto at = static_cast<std::size_t>(places[static_cast<std::size_t>(k)]);
     const auto row = static_cast<Eigen::Index>(at);

@@ -82,6 +82,18 @@ void summarise(HandEyeEvaluation& out) {
   out.rotation_median = median(rotation);
 }
 
+HandEyeEvaluation summary_of(const std::vector<std::optional<HeldOutView>>& judged) {
+  HandEyeEvaluation out;
+  for (const auto& view : judged) {
+    if (view)
+      out.views.push_back(*view);
+    else
+      ++out.unjudged;
+  }
+  summarise(out);
+  return out;
+}
+
 }  // namespace
 
 void EvaluateOptions::validate() const {
@@ -98,7 +110,6 @@ HandEyeEvaluation evaluate_hand_eye(std::span<const HandEyeView> views, const Pi
     observed_views.push_back({.input = &v, .found = resect(v.view.points, v.view.pixels, camera), .chosen = 0});
   }
   const std::size_t folds = options.folds == 0 ? views.size() : static_cast<std::size_t>(options.folds);
-  HandEyeEvaluation out;
   std::vector<std::optional<HeldOutView>> judged(views.size());
   for (std::size_t fold = 0; fold < folds; ++fold) {
     std::vector<HandEyeView> rest;
@@ -116,14 +127,7 @@ HandEyeEvaluation evaluate_hand_eye(std::span<const HandEyeView> views, const Pi
     for (std::size_t i = fold; i < views.size(); i += folds)
       if (!observed_views[i].found.empty()) judged[i] = judge(options.mount, poses, observed_views[i], camera);
   }
-  for (const auto& view : judged) {
-    if (view)
-      out.views.push_back(*view);
-    else
-      ++out.unjudged;
-  }
-  summarise(out);
-  return out;
+  return summary_of(judged);
 }
 
 HandEyeEvaluation evaluate_hand_eye(std::span<const HandEyeView> views, const Pinhole& camera,
@@ -135,6 +139,32 @@ HandEyeEvaluation evaluate_hand_eye(std::span<const HandEyeView> views, const Pi
     return HandEyePoses{result.T_mount_camera, result.T_fixed_target};
   };
   return evaluate_hand_eye(views, camera, ours, {.mount = calibration.mount, .folds = folds});
+}
+
+HandEyeEvaluation evaluate_hand_eye_pairs(std::span<const PosePair> pairs, const HandEyePairsOptions& calibration,
+                                          int folds) {
+  EvaluateOptions{.mount = calibration.mount, .folds = folds}.validate();
+  require(pairs.size() >= 4,
+          "evaluate_hand_eye_pairs needs at least four pairs, found " + std::to_string(pairs.size()));
+  const std::size_t parts = folds == 0 ? pairs.size() : std::min(static_cast<std::size_t>(folds), pairs.size());
+  std::vector<std::optional<HeldOutView>> judged(pairs.size());
+  for (std::size_t part = 0; part < parts; ++part) {
+    std::vector<PosePair> rest;
+    for (std::size_t i = 0; i < pairs.size(); ++i)
+      if (i % parts != part) rest.push_back(pairs[i]);
+    if (rest.size() < 3) continue;
+    const HandEyeResult found = calibrate_hand_eye_pairs(rest, calibration);
+    if (!found.fit.usable()) continue;
+    const Poses poses{found.T_mount_camera, found.T_fixed_target};
+    for (std::size_t i = part; i < pairs.size(); i += parts) {
+      const Pose M = hand_eye::predict(calibration.mount, poses, pairs[i].T_base_flange);
+      const Vector6 d = pose_difference(pairs[i].T_camera_target, M);
+      judged[i] = HeldOutView{.name = pairs[i].name.empty() ? std::to_string(i) : pairs[i].name,
+                              .position = d.head<3>().norm(),
+                              .rotation = d.tail<3>().norm()};
+    }
+  }
+  return summary_of(judged);
 }
 
 }  // namespace kr5::calibration

@@ -14,7 +14,7 @@
 #include <kr5/core/statistics.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 
-#include "calibration/cell_fit/sound_probability.hpp"
+#include "calibration/pipeline/sound_probability.hpp"
 
 namespace kr5::calibration {
 namespace {
@@ -174,7 +174,7 @@ void mark_outliers(const Returns& returns, Group& group, double false_alarm) {
     for (std::size_t k = 0; k < group.size(); ++k) out.push_back(sound_return(returns, group, k, middle));
     return out;
   };
-  cell_fit::settle_outliers(weights, false_alarm, static_cast<std::size_t>(least), probabilities,
+  pipeline::settle_outliers(weights, false_alarm, static_cast<std::size_t>(least), probabilities,
                             [&] { std::copy(weights.begin(), weights.end(), group.sound.begin()); });
 }
 

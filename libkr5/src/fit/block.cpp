@@ -2,6 +2,7 @@
 #include "fit/block.hpp"
 
 #include <numeric>
+#include <utility>
 
 #include <kr5/core/error.hpp>
 #include <kr5/geometry/pose_derivatives.hpp>
@@ -36,6 +37,26 @@ std::vector<int> Block::free() const {
 void Block::hold(int coordinate) {
   for (std::size_t i = 0; i < held.size(); ++i)
     if (leader[i] == leader[static_cast<std::size_t>(coordinate)]) held[i] = true;
+}
+
+const Block& block_of(const std::vector<Block>& blocks, FitBlock handle, const char* what) {
+  require(handle.index >= 0 && handle.index < static_cast<int>(blocks.size()),
+          std::string("Problem: there is no such ") + what);
+  return blocks[static_cast<std::size_t>(handle.index)];
+}
+
+Block& block_of(std::vector<Block>& blocks, FitBlock handle, const char* what) {
+  return const_cast<Block&>(block_of(std::as_const(blocks), handle, what));
+}
+
+const Block& block_of(const std::vector<Block>& blocks, FitBlock handle, BlockKind kind, const char* what) {
+  const Block& out = block_of(blocks, handle, what);
+  require(out.kind == kind, out.name + " is no " + what);
+  return out;
+}
+
+Block& block_of(std::vector<Block>& blocks, FitBlock handle, BlockKind kind, const char* what) {
+  return const_cast<Block&>(block_of(std::as_const(blocks), handle, kind, what));
 }
 
 Pose to_pose_block(const double* values) {

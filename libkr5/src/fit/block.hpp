@@ -5,11 +5,12 @@
 #include <string>
 #include <vector>
 
+#include <kr5/fit/pose_chain.hpp>
 #include <kr5/geometry/pinhole.hpp>
 #include <kr5/kinematics/dh_chain.hpp>
 
 /// @file
-/// Private: a block of parameters of a cell fit. Stored numbers: a pose as x y z and a quaternion, x y z w; everything
+/// Private: a block of parameters of a problem. Stored numbers: a pose as x y z and a quaternion, x y z w; everything
 /// else as its coordinates.
 
 namespace kr5::fit {
@@ -45,6 +46,13 @@ struct Block {
   /// Derivative of the change by the coordinates, which perturb a pose from the right.
   Eigen::MatrixXd change_by_coordinates(const double* at) const;
 };
+
+/// @throws InvalidArgument when there is no such block.
+const Block& block_of(const std::vector<Block>& blocks, FitBlock handle, const char* what = "block");
+Block& block_of(std::vector<Block>& blocks, FitBlock handle, const char* what = "block");
+/// The same when it is of another kind, in words: "base is no point".
+const Block& block_of(const std::vector<Block>& blocks, FitBlock handle, BlockKind kind, const char* what);
+Block& block_of(std::vector<Block>& blocks, FitBlock handle, BlockKind kind, const char* what);
 
 Pose to_pose_block(const double* values);
 kinematics::DhChain to_arm(const kinematics::DhChain& form, const double* values);

@@ -13,7 +13,6 @@ from kr5_tools.calibrate.hand_eye_result import (
     figures_of,
     frames_of,
     held_out_figures,
-    predict_target,
     show_hand_eye,
     write_hand_eye,
 )
@@ -149,7 +148,8 @@ def _keys(data: PosePairs, pairs: list[Any], result: Any, options: Any, judging:
     held_out = {}
     if result.fit.usable and len(pairs) >= 5:
         with spinner("Evaluating held-out pairs"):
-            held_out = evaluate_pairs(pairs, options)
+            judged = calibration.evaluate_hand_eye_pairs(pairs, options, FOLDS)
+        held_out = judged.to_dict() if judged.views else {}
     return {
         "verdict": {"word": str(diagnosis.verdict), "text": diagnosis.text},
         "causes": [c.to_dict() for c in diagnosis.causes],
@@ -159,26 +159,4 @@ def _keys(data: PosePairs, pairs: list[Any], result: Any, options: Any, judging:
         **({"held_out": held_out_figures(held_out)} if held_out else {}),
         "diagnosis": diagnosis.to_dict(),
         "result": result.to_dict(),
-    }
-
-
-def evaluate_pairs(pairs: list[Any], options: Any, folds: int = FOLDS) -> dict[str, float]:
-    """Errors of the target as predicted from a calibration without the pair [m, rad]; empty where there is none."""
-    position, rotation = [], []
-    folds = min(folds, len(pairs))
-    for fold in range(folds):
-        result = calibration.calibrate_hand_eye_pairs([p for i, p in enumerate(pairs) if i % folds != fold], options)
-        if not result.fit.usable:
-            continue
-        for pair in pairs[fold::folds]:
-            off = np.linalg.inv(pair.T_camera_target) @ predict_target(result, pair.T_base_flange)
-            position.append(float(np.linalg.norm(off[:3, 3])))
-            rotation.append(float(np.arccos(np.clip((np.trace(off[:3, :3]) - 1) / 2, -1, 1))))
-    if not position:
-        return {}
-    return {
-        "position_rms": float(np.sqrt(np.mean(np.square(position)))),
-        "position_median": float(np.median(position)),
-        "rotation_rms": float(np.sqrt(np.mean(np.square(rotation)))),
-        "rotation_median": float(np.median(rotation)),
     }

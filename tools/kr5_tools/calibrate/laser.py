@@ -1,5 +1,6 @@
 """`kr5 calibrate laser`: where a line scanner sits on the flange, from profiles of tips, spheres and planes."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -118,6 +119,7 @@ def calibrate_laser(
     arm = _arm(refine_arm, believed, data)
     with spinner("Searching the profiles"):
         views, missed = find_views(data, targets)
+    _check_direction(data, targets, len(views))
     if data.dropped:
         print_note(f"outside the times of the poses: profile {_listed(data.dropped)}")
     if len(views) < 4:
@@ -164,6 +166,21 @@ def _arm(refine: bool, believed: Any, data: Any) -> Any:
     if len(data.q[0]) != len(chain.joints):
         fail(f"--refine-arm: found {len(data.q[0])} joint values, the arm of the cell has {len(chain.joints)} joints")
     return chain
+
+
+def _check_direction(data: Any, targets: list[Any], shown: int) -> None:
+    """Refuses ranges that count towards the scanner. Those of a scanner that counts from its middle may be negative,
+    too, but then a tip or a ball still stands out towards it."""
+    z = np.concatenate([np.asarray(profile.z) for profile in data.profiles])
+    if np.nanmedian(z) > 0:
+        return
+    turned = replace(data, profiles=[calibration.LineProfile(x=p.x, z=-np.asarray(p.z)) for p in data.profiles])
+    found = len(find_views(turned, targets)[0])
+    if found > shown:
+        fail(
+            f"z is negative, and {found} of {len(data.profiles)} profiles show their target only with its sign reversed"
+            f" ({shown} as it is): it counts towards the scanner; expected ranges away from it"
+        )
 
 
 def _overlay_files(given: list[str], folder: Path) -> list[tuple[Path, str, Path]]:
@@ -301,6 +318,12 @@ def _verdict(result: Any, missed: list[tuple[str, str]], overlays: list[Any]) ->
     for shown in overlays:
         if shown.get("rms_px", 0.0) > 3 * shown["expected_std_px"] + 2:
             objections.append(f"{shown['name']}: the profile lies {shown['rms_px']:.1f} px from the laser line")
+    if result.second:
+        other = result.second
+        objections.append(
+            f"another pose, {1e3 * other.position:.1f} mm and {180 / np.pi * other.rotation:.1f} deg away, explains the"
+            f" profiles with {other.cost_ratio:.2f} times the squared residuals"
+        )
     objections += [c.text for c in result.causes]
     return {"word": "doubtful" if objections else "good", "text": "; ".join([text, *objections])}
 

@@ -123,8 +123,6 @@ def _check_coordinates(file: Path, x: np.ndarray, z: np.ndarray, length: str) ->
         raise kr5.FileError(file, f"ranges of {1e3 * np.median(np.abs(z)):.3f} mm; --profile-length {other}?")
     if x.min() > 0 and z.min() < 0 < z.max():
         raise kr5.FileError(file, "x is always positive and z is not: are the columns x and z swapped?")
-    if (z <= 0).mean() > 0.5:
-        raise kr5.FileError(file, "z is negative; expected ranges, which count away from the scanner")
 
 
 def _add_poses(

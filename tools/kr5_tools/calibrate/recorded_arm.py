@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import kr5
-import kr5.uncertainty
 import numpy as np
 from kr5 import calibration, kinematics
 
@@ -78,30 +77,20 @@ def believe_camera(chain: Any, postures: list[Any], options: Any, free: Any) -> 
 
 
 def check_camera(free: Any, options: Any) -> CameraCheck | None:
-    """Squared distance of the cell's camera and board from the estimated ones, in their covariance: a chi-square. None
-    where they were not estimated."""
-    rows, offset = [], []
-    for block, said, found in (
-        ("camera", options.T_flange_camera, free.T_flange_camera),
-        ("target", options.T_base_target, free.T_base_target),
-    ):
-        mine = [k for k, c in enumerate(free.coordinates) if c.name.startswith(f"{block}.")]
-        if len(mine) == 6:
-            rows += mine
-            offset += list(kr5.pose_difference(found, said))
-    if not free.fit.usable or not rows:
+    """The comparison in words; None where camera and board were not estimated."""
+    found = calibration.camera_agreement(free, options, CHANCE)
+    if found is None:
         return None
-    covariance = np.asarray(free.covariance)[np.ix_(rows, rows)]
-    distance = float(offset @ np.linalg.solve(covariance, offset))
-    limit = float(kr5.uncertainty.chi_square_quantile(1 - CHANCE, len(rows)))
-    believed = distance < limit
-    compared = f"(chi-square {distance:.3g}; a right cell stays below {limit:.3g} with probability {1 - CHANCE:g})"
+    compared = (
+        f"(chi-square {found.squared_distance:.3g}; a right cell stays below {found.limit:.3g} with probability"
+        f" {1 - CHANCE:g})"
+    )
     text = (
         f"camera and board were held where the cell says, with which the measurements agree {compared}"
-        if believed
+        if found.believed
         else f"camera and board were estimated: the measurements contradict where the cell says they are {compared}"
     )
-    return CameraCheck(believed, distance, len(rows), limit, text)
+    return CameraCheck(found.believed, found.squared_distance, found.dof, found.limit, text)
 
 
 def add_torques(postures: list[Any], cell: Any) -> None:

@@ -8,7 +8,7 @@
 #include <kr5/calibration/estimated_parameter.hpp>
 #include <kr5/calibration/hand_eye.hpp>
 #include <kr5/calibration/scanner.hpp>
-#include <kr5/fit/cell_fit.hpp>
+#include <kr5/fit/solution.hpp>
 #include <kr5/geometry/target.hpp>
 
 /// @file
@@ -149,7 +149,7 @@ struct CellCalibrationResult {
 
 /// Estimates camera, hand-eye poses, marker map and arm together from pixels and robot postures, each with its noise.
 ///
-/// The fit is a CellFit: pixels along the chain camera, flange, base, target, marker; each stop has an error of its
+/// The fit is a Problem: pixels along the chain camera, flange, base, target, marker; each stop has an error of its
 /// robot pose, which is eliminated. Parameters of the arm are tied to the nominal ones by the spread `tolerance_length`
 /// and `tolerance_angle`. Of the camera fx, fy, cx, cy and the lens coefficients that are not 0 are free; the marker of
 /// the lowest id defines the frame of the map. Noise of robot and pixels and the spreads are estimated by restricted

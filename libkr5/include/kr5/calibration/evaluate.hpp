@@ -8,6 +8,7 @@
 #include <vector>
 
 #include <kr5/calibration/hand_eye.hpp>
+#include <kr5/calibration/hand_eye_pairs.hpp>
 
 /// @file
 /// Error of a hand-eye method on held-out views. All methods are evaluated in the same way: a solver does not
@@ -83,5 +84,11 @@ HandEyeEvaluation evaluate_hand_eye(std::span<const HandEyeView> views, const Pi
 /// The same for calibrate_hand_eye; the mount is that of `calibration`.
 HandEyeEvaluation evaluate_hand_eye(std::span<const HandEyeView> views, const Pinhole& camera,
                                     const HandEyeOptions& calibration, int folds = 0);
+
+/// The same for calibrate_hand_eye_pairs: the pose of the target as seen and as predicted; without images there is no
+/// `rms_px`. Pairs without a calibration from the rest are not judged.
+/// @throws InvalidArgument for fewer than four pairs, or invalid options.
+HandEyeEvaluation evaluate_hand_eye_pairs(std::span<const PosePair> pairs, const HandEyePairsOptions& calibration,
+                                          int folds = 0);
 
 }  // namespace kr5::calibration

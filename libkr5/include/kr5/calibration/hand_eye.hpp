@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include <kr5/calibration/second_minimum.hpp>
 #include <kr5/core/fit_report.hpp>
 #include <kr5/geometry/mount.hpp>
 #include <kr5/geometry/pinhole.hpp>
@@ -92,7 +93,8 @@ struct HandEyeResult {
   double sigma_robot_rotation = 0.0;            ///< [rad]
   double sigma_camera_rotation = 0.0;           ///< [rad]
   std::vector<HandEyeViewReport> views;         ///< In input order.
-  FitReport fit;                                ///< Look at `fit.usable()` before the poses.
+  std::optional<SecondMinimum> second;
+  FitReport fit;  ///< Look at `fit.usable()` before the poses.
 
   static void each_field(auto& self, auto&& visit) {
     visit("mount", self.mount, "Mount of the camera.");
@@ -110,6 +112,9 @@ struct HandEyeResult {
     visit("sigma_camera_rotation", self.sigma_camera_rotation,
           "Noise of a seen orientation of the target, given or estimated from pairs of poses; 0 from pixels [rad].");
     visit("views", self.views, "Agreement of each view, in input order.");
+    visit("second", self.second,
+          "Another pose of the camera with nearly the same cost; where the two cannot be told apart, the fit is not "
+          "usable.");
     visit("fit", self.fit, "Report of the estimation.");
   }
 };

@@ -54,7 +54,7 @@ struct HandEyePairsOptions {
   }
 };
 
-/// Estimates camera and target pose together from pairs of poses (CellFit), both with their noise.
+/// Estimates camera and target pose together from pairs of poses (fit::Problem), both with their noise.
 ///
 /// Position noise, rotation noise of the robot (about the flange) and of the camera (about the target) are estimated by
 /// restricted maximum likelihood unless given, and the covariances are widened for their uncertainty, as in

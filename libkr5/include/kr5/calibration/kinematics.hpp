@@ -7,8 +7,9 @@
 #include <vector>
 
 #include <kr5/calibration/estimated_parameter.hpp>
+#include <kr5/calibration/second_minimum.hpp>
 #include <kr5/core/fit_report.hpp>
-#include <kr5/fit/cell_fit.hpp>
+#include <kr5/fit/solution.hpp>
 #include <kr5/geometry/pinhole.hpp>
 #include <kr5/kinematics/dh_chain.hpp>
 
@@ -158,6 +159,7 @@ struct KinematicsResult {
   double tolerance_compliance = 0.0;  ///< [rad/(N m) or m/N]
   double dof = 0.0;                   ///< [-]
   std::vector<ArmPostureReport> postures;
+  std::optional<SecondMinimum> second;
   FitReport fit;
 
   static void each_field(auto& self, auto&& visit) {
@@ -187,6 +189,9 @@ struct KinematicsResult {
           "Spread of the compliances, estimated [rad/(N m) or m/N].");
     visit("dof", self.dof, "Degrees of freedom behind the estimated noise [-].");
     visit("postures", self.postures, "Agreement of each posture, in input order.");
+    visit("second", self.second,
+          "Another place of the base with nearly the same cost; where the two cannot be told apart, the fit is not "
+          "usable.");
     visit("fit", self.fit, "Report of the estimation.");
   }
 

@@ -9,7 +9,8 @@
 #include <kr5/calibration/estimated_parameter.hpp>
 #include <kr5/calibration/kinematics.hpp>
 #include <kr5/calibration/profile_features.hpp>
-#include <kr5/fit/cell_fit.hpp>
+#include <kr5/calibration/second_minimum.hpp>
+#include <kr5/fit/solution.hpp>
 
 /// @file
 /// Calibration of a line scanner on the flange from profiles of tips, spheres and planes, with or without the arm's own
@@ -143,6 +144,7 @@ struct ScannerResult {
   double held_out_rms = 0.0;      ///< [m]
   std::vector<ScannerViewReport> views;
   std::vector<ScannerCause> causes;
+  std::optional<SecondMinimum> second;
   FitReport fit;
 
   static void each_field(auto& self, auto&& visit) {
@@ -163,6 +165,9 @@ struct ScannerResult {
     visit("held_out_rms", self.held_out_rms, "The same of profiles left out of the fit; 0: not computed [m].");
     visit("views", self.views, "Agreement of each profile, in input order.");
     visit("causes", self.causes, "Findings about the data.");
+    visit("second", self.second,
+          "Another pose of the scanner with nearly the same cost; where the two cannot be told apart, the fit is not "
+          "usable.");
     visit("fit", self.fit, "Report of the estimation.");
   }
 };
@@ -170,7 +175,8 @@ struct ScannerResult {
 /// Estimates the pose of a line scanner on the flange from profiles of targets that stand still in the base.
 ///
 /// Places of targets may be known or not, each in several profiles. No nominal pose is needed: tips, spheres and known
-/// planes give a closed form, an unknown plane is searched over its normals. The noise is estimated unless given;
+/// planes give a closed form and are searched over all rotations, an unknown plane over its normals; of the minima of
+/// the cost the best is taken. The noise is estimated unless given;
 /// profiles that contradict the others are named and left out. With `arm` its parameters are refined, too, held to
 /// spread about the nominal ones. A pose that the profiles leave open gives FitStatus::Degenerate, with the direction
 /// in words.

@@ -8,19 +8,19 @@
 #include <Eigen/Dense>
 #include <kr5/calibration/scanner_points.hpp>
 #include <kr5/core/error.hpp>
+#include <kr5/fit/variance_component.hpp>
 #include <kr5/geometry/resection.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 
 #include "calibration/cell_calibration/cell_problem.hpp"
-#include "calibration/cell_fit/parameter_report.hpp"
-#include "calibration/cell_fit/variance_component.hpp"
+#include "calibration/pipeline/parameter_report.hpp"
 #include "calibration/scanner/scanner_start.hpp"
 
 namespace kr5::calibration {
 namespace {
 
 using namespace cell_calibration;
-using cell_fit::VarianceComponent;
+using fit::VarianceComponent;
 
 constexpr double sound_point = 0.5;  // weight of a point in the pose of its view, below which it has no part
 constexpr int noise_rounds = 30;
@@ -117,7 +117,7 @@ struct CellEstimation {
   Pose T_mount_camera, T_fixed_target;  // of the start
   CellSigmas sigmas;
   std::optional<CellProblem> problem = std::nullopt;
-  fit::CellFitResult result = {};
+  fit::Solution result = {};
   double robot_dof = uncertainty::known_noise;
   int iterations = 0;
 
@@ -138,14 +138,14 @@ struct CellEstimation {
 };
 
 /// Free parameters of scanner and targets.
-double scanner_parameters(const CellProblem& problem) {
+double scanner_parameters(const CellProblem& problem, const fit::Solution& solution) {
   double out = 0;
   std::vector<fit::FitBlock> blocks = {problem.scanner.scanner};
   blocks.insert(blocks.end(), problem.scanner.targets.begin(), problem.scanner.targets.end());
   blocks.insert(blocks.end(), problem.scanner.radii.begin(), problem.scanner.radii.end());
   for (const fit::FitBlock block : blocks) {
     if (!block.exists()) continue;
-    for (const int place : problem.fit.coordinates(block)) out += place >= 0;
+    for (const int place : solution.places(block)) out += place >= 0;
   }
   return out;
 }
@@ -153,16 +153,16 @@ double scanner_parameters(const CellProblem& problem) {
 /// One round of restricted maximum likelihood; whether it goes on.
 bool CellEstimation::update_sigmas() {
   const CellCalibrationOptions& o = input.options;
-  VarianceComponent position, rotation, length, angle, pixel;
+  fit::VarianceComponent position, rotation, length, angle, pixel;
   // Of all residuals, priors included, so many are not fitted; what the priors have of it is not the pixels'.
   pixel.redundancy = -static_cast<double>(result.coordinates.size());
   for (std::size_t i = 0; i < problem->errors.size(); ++i) {
     if (!problem->errors[i].exists()) continue;
     const Eigen::VectorXd change = problem->fit.change(problem->errors[i]),
-                          share = problem->fit.prior_redundancy(problem->errors[i]);
+                          share = result.prior_redundancy(problem->fit, problem->errors[i]);
     for (Eigen::Index k = 0; k < 6; ++k)
       (k < 3 ? position : rotation).add(change[k] / (k < 3 ? sigmas.position : sigmas.rotation), share[k]);
-    for (const fit::FitObservation observation : problem->observations[i]) {
+    for (const fit::FitMeasurement observation : problem->observations[i]) {
       const Eigen::VectorXd r = problem->fit.residuals(observation);
       pixel.squares += r.squaredNorm();
       pixel.redundancy += static_cast<double>(r.size());
@@ -170,9 +170,9 @@ bool CellEstimation::update_sigmas() {
   }
   pixel.redundancy -= position.redundancy + rotation.redundancy;
   if (problem->arm.exists()) {
-    const std::vector<int> places = problem->fit.coordinates(problem->arm);
+    const std::vector<int> places = result.places(problem->arm);
     const Eigen::VectorXd change = problem->fit.change(problem->arm),
-                          share = problem->fit.prior_redundancy(problem->arm);
+                          share = result.prior_redundancy(problem->fit, problem->arm);
     for (std::size_t k = 0; k < places.size(); ++k) {
       const auto at = static_cast<Eigen::Index>(k);
       const bool is_length = k % 5 == 0 || k % 5 == 2;
@@ -182,10 +182,10 @@ bool CellEstimation::update_sigmas() {
     }
   }
   // Profiles tell nothing of the pixels; their share of the parameters is not taken off them.
-  if (problem->scanner.scanner.exists()) pixel.redundancy += scanner_parameters(*problem);
+  if (problem->scanner.scanner.exists()) pixel.redundancy += scanner_parameters(*problem, result);
   // The data of one calibration cannot tell the robot's position and rotation noise apart better than the start did.
   const bool free_position = o.sigma_robot_position == 0, free_rotation = o.sigma_robot_rotation == 0;
-  VarianceComponent robot;
+  fit::VarianceComponent robot;
   if (free_position) robot.add(position);
   if (free_rotation) robot.add(rotation);
   robot_dof = free_position || free_rotation ? std::max(robot.redundancy, 1.0) : uncertainty::known_noise;
@@ -199,7 +199,7 @@ bool CellEstimation::update_sigmas() {
 }
 
 /// Why the stops cannot tell the answer; empty when they can. What only the spread of the arm tells is told.
-std::string open_directions(const fit::CellFitResult& result) {
+std::string open_directions(const fit::Solution& result) {
   std::string out;
   for (const fit::UnidentifiableDirection& direction : result.unidentifiable) {
     const auto of_arm = [](const std::string& name) { return name.starts_with("arm."); };
@@ -215,10 +215,10 @@ void write_scanner(const CellEstimation& estimation, CellCalibrationResult& out)
   const Eigen::MatrixXd& C = estimation.result.covariance;
   const double inflation = uncertainty::covariance_inflation(6, out.scanner_start.dof);
   out.T_flange_scanner = problem.fit.pose(problem.scanner.scanner);
-  out.covariance_scanner = inflation * cell_fit::covariance_of_pose(problem.fit, problem.scanner.scanner, C);
+  out.covariance_scanner = inflation * pipeline::covariance_of_pose(estimation.result, problem.scanner.scanner, C);
   if (out.mount == Mount::EyeToHand) return;
-  const std::vector<int> of_camera = problem.fit.coordinates(problem.mount),
-                         of_scanner = problem.fit.coordinates(problem.scanner.scanner);
+  const std::vector<int> of_camera = estimation.result.places(problem.mount),
+                         of_scanner = estimation.result.places(problem.scanner.scanner);
   const auto held = [](int place) { return place < 0; };
   if (std::any_of(of_camera.begin(), of_camera.end(), held) || std::any_of(of_scanner.begin(), of_scanner.end(), held))
     return;
@@ -238,16 +238,17 @@ void write_cell_result(const CellEstimation& estimation, CellCalibrationResult& 
   out.sigma_pixel = estimation.sigmas.pixel;
   out.sigma_robot_position = estimation.sigmas.position;
   out.sigma_robot_rotation = estimation.sigmas.rotation;
-  const std::vector<int> of_arm = problem.arm.exists() ? problem.fit.coordinates(problem.arm) : std::vector<int>();
+  const std::vector<int> of_arm = problem.arm.exists() ? estimation.result.places(problem.arm) : std::vector<int>();
   if (std::any_of(of_arm.begin(), of_arm.end(), [](int place) { return place >= 0; })) {
     out.tolerance_length = estimation.sigmas.length;
     out.tolerance_angle = estimation.sigmas.angle;
   }
   out.covariance_dof = estimation.robot_dof;
   const double of_pose = uncertainty::covariance_inflation(6, out.covariance_dof);
-  out.covariance = of_pose * cell_fit::covariance_of_pose(problem.fit, problem.mount, estimation.result.covariance);
+  out.covariance =
+      of_pose * pipeline::covariance_of_pose(estimation.result, problem.mount, estimation.result.covariance);
   out.covariance_target =
-      of_pose * cell_fit::covariance_of_pose(problem.fit, problem.target, estimation.result.covariance);
+      of_pose * pipeline::covariance_of_pose(estimation.result, problem.target, estimation.result.covariance);
   const fit::FitBlock nominal[] = {problem.camera, problem.arm};
   std::vector<fit::FitBlock> others = {problem.mount, problem.target};
   for (const auto& [id, marker] : problem.markers) others.push_back(marker);
@@ -257,9 +258,9 @@ void write_cell_result(const CellEstimation& estimation, CellCalibrationResult& 
     others.insert(others.end(), problem.scanner.targets.begin(), problem.scanner.targets.end());
     others.insert(others.end(), problem.scanner.radii.begin(), problem.scanner.radii.end());
   }
-  cell_fit::ParameterReport report =
-      cell_fit::report_parameters(problem.fit, estimation.result, nominal, others,
-                                  cell_fit::same_inflation(estimation.result, 1, out.covariance_dof));
+  pipeline::ParameterReport report =
+      pipeline::report_parameters(problem.fit, estimation.result, nominal, others,
+                                  pipeline::same_inflation(estimation.result, 1, out.covariance_dof));
   out.parameters = std::move(report.parameters);
   out.parameter_covariance = std::move(report.covariance);
   out.unidentifiable = estimation.result.unidentifiable;

@@ -6,8 +6,9 @@
 
 #include <Eigen/Dense>
 #include <kr5/core/error.hpp>
+#include <kr5/fit/measurements/pixels.hpp>
 
-#include "calibration/cell_fit/arm_prior.hpp"
+#include "calibration/pipeline/arm_prior.hpp"
 
 namespace kr5::calibration::cell_calibration {
 namespace {
@@ -69,7 +70,7 @@ void CellProblem::add_markers(const CellInput& input) {
 void CellProblem::add_arm(const CellInput& input, const CellSigmas& sigmas) {
   if (!input.has_arm()) return;
   arm = fit.add_arm("arm", input.believed.arm);
-  cell_fit::free_arm(fit, arm, input.believed.arm, sigmas.length, sigmas.angle);
+  pipeline::free_arm(fit, arm, input.believed.arm, sigmas.length, sigmas.angle);
   if (holds(input.options, "arm")) fit.hold(arm);
 }
 
@@ -109,7 +110,7 @@ void CellProblem::add_stop(const CellInput& input, std::size_t i, const CellSigm
     fit::PoseChain to_points = chain;
     if (!markers.empty()) to_points.then(markers[id]);
     observations[i].push_back(
-        fit.observe_pixels(to_points, camera, columns<3>(view.points), columns<2>(view.pixels), sigma));
+        fit.add(fit::PixelMeasurement(to_points, camera, columns<3>(view.points), columns<2>(view.pixels), sigma)));
   }
 }
 

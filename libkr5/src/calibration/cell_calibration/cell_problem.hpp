@@ -6,11 +6,12 @@
 #include <vector>
 
 #include <kr5/calibration/cell_calibration.hpp>
+#include <kr5/fit/problem.hpp>
 
 #include "calibration/scanner/scanner_problem.hpp"
 
 /// @file
-/// Private: the cell fit of calibrate_cell, built anew for each set of standard deviations.
+/// Private: the fit of calibrate_cell, built anew for each set of standard deviations.
 
 namespace kr5::calibration::cell_calibration {
 
@@ -43,12 +44,12 @@ struct CellInput {
 };
 
 struct CellProblem {
-  fit::CellFit fit;
+  fit::Problem fit;
   fit::FitBlock camera, mount, target, arm;
   scanner_problem::ScannerBlocks scanner;
   std::map<int, fit::FitBlock> markers;  ///< By id.
   std::vector<fit::FitBlock> errors;     ///< By stop, of its robot pose; absent where it has no part.
-  std::vector<std::vector<fit::FitObservation>> observations;  ///< By stop.
+  std::vector<std::vector<fit::FitMeasurement>> observations;  ///< By stop.
 
   /// Begins with the cell as it is believed, the camera at T_mount_camera and the target at T_fixed_target.
   CellProblem(const CellInput& input, const CellSigmas& sigmas, const Pose& T_mount_camera, const Pose& T_fixed_target);

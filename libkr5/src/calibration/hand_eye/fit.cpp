@@ -6,6 +6,8 @@
 #include <limits>
 
 #include <Eigen/Dense>
+#include <kr5/fit/measurements/pixels.hpp>
+#include <kr5/fit/measurements/pose.hpp>
 
 namespace kr5::calibration::hand_eye {
 namespace {
@@ -14,7 +16,7 @@ constexpr double student_dof = 4.0;
 constexpr int variance_steps = 20;  // at most, with the views as they are
 constexpr int weight_steps = 20;    // likewise
 
-/// Standard deviation of each point of a view over that of a pixel [-]. The cell fit counts in standard deviations of a
+/// Standard deviation of each point of a view over that of a pixel [-]. The fit counts in standard deviations of a
 /// pixel, so that it need not be told of their change.
 Eigen::VectorXd point_sigmas(const ObservedView& observed) {
   return (observed.input->correlation * observed.pose().weights.cwiseInverse()).cwiseSqrt();
@@ -39,9 +41,11 @@ HandEyeFit::HandEyeFit(Mount mount, const Pinhole& camera, std::vector<ObservedV
   for (const ObservedView& observed : views_) {
     const View& view = observed.input->view;
     seen_.push_back(fit_.add_nuisance_pose("T_camera_target"));
-    pixels_.push_back(fit_.observe_pixels(fit::PoseChain().then(seen_.back()), lens, view.points, view.pixels, 1.0));
-    robot_.push_back(fit_.observe_pose(robot_error_chain(mount, observed.input->T_base_flange, X_, Z_, seen_.back()),
-                                       Pose::Identity(), Matrix6(Matrix6::Identity())));
+    pixels_.push_back(
+        fit_.add(fit::PixelMeasurement(fit::PoseChain().then(seen_.back()), lens, view.points, view.pixels, 1.0)));
+    robot_.push_back(
+        fit_.add(fit::PoseMeasurement(robot_error_chain(mount, observed.input->T_base_flange, X_, Z_, seen_.back()),
+                                      Pose::Identity(), Matrix6(Matrix6::Identity()))));
   }
 }
 
@@ -58,7 +62,7 @@ void HandEyeFit::begin_at(const Poses& poses, const std::vector<ObservedView>& o
 
 void HandEyeFit::choose(std::size_t i, int pose) {
   views_[i].chosen = pose;
-  fit_.set_pixel_sigmas(pixels_[i], point_sigmas(views_[i]));
+  fit_.measurement<fit::PixelMeasurement>(pixels_[i]).set_sigmas(point_sigmas(views_[i]));
   restart(i);
 }
 
@@ -125,7 +129,7 @@ bool HandEyeFit::update_weights(bool student) {
   return reweighted < 0.05 && varied < 1e-3 && estimate.b.cwiseQuotient(sigma).cwiseAbs().maxCoeff() < 1e-4;
 }
 
-/// The cell fit with the present variances and weights; whether it found an optimum.
+/// The fit with the present variances and weights; whether it found an optimum.
 bool HandEyeFit::move(int max_iterations) {
   const Matrix6 robot = variances.robot() / variances.value[2];
   for (std::size_t i = 0; i < views_.size(); ++i) {

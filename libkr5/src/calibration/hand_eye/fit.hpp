@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <kr5/fit/cell_fit.hpp>
+#include <kr5/fit/problem.hpp>
 
 #include "calibration/hand_eye/noise.hpp"
 
 /// @file
 /// Private: the refinement over pixels, behind calibrate_hand_eye (a diagnosis compares readings by the quicker fit of
-/// hand_eye_diagnosis/reading_fit.hpp). A cell fit finds the two poses and that of the target in each view; variances
+/// hand_eye_diagnosis/reading_fit.hpp). A fit finds the two poses and that of the target in each view; variances
 /// come from what the views say to first order.
 
 namespace kr5::calibration::hand_eye {
@@ -59,10 +59,10 @@ class HandEyeFit {
   Mount mount_;
   Pinhole camera_;
   std::vector<ObservedView> views_;
-  fit::CellFit fit_;
+  fit::Problem fit_;
   fit::FitBlock X_, Z_;
   std::vector<fit::FitBlock> seen_;  ///< T_camera_target by view.
-  std::vector<fit::FitObservation> pixels_, robot_;
+  std::vector<fit::FitMeasurement> pixels_, robot_;
 };
 
 }  // namespace kr5::calibration::hand_eye

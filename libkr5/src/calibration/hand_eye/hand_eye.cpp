@@ -11,9 +11,10 @@
 #include <kr5/core/statistics.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 
-#include "calibration/cell_fit/sound_probability.hpp"
 #include "calibration/hand_eye/fit.hpp"
+#include "calibration/hand_eye/second_pose.hpp"
 #include "calibration/hand_eye/start.hpp"
+#include "calibration/pipeline/pipeline.hpp"
 
 namespace kr5::calibration {
 namespace {
@@ -129,24 +130,6 @@ void keep_the_nearest(HandEyeFit& fit) {
   }
 }
 
-/// Lets views back in and puts views out until every view is where its test puts it.
-void name_outliers(HandEyeFit& fit, const HandEyeOptions& options) {
-  const auto n = static_cast<double>(fit.views().size());
-  const auto probabilities = [&] {
-    const auto inside = static_cast<double>(std::count(fit.weights.begin(), fit.weights.end(), 1.0));
-    std::vector<double> out;
-    for (std::size_t i = 0; i < fit.views().size(); ++i) {
-      if (fit.weights[i] == 0) fit.restart(i);
-      out.push_back(p_value(fit, i, inside));
-    }
-    return out;
-  };
-  const auto refit = [&] { fit.settle(options.max_iterations, false); };
-  refit();
-  const auto fewest = static_cast<std::size_t>(std::ceil(std::max(4.0, sound_part * n)));
-  cell_fit::settle_outliers(fit.weights, options.outlier_false_alarm, fewest, probabilities, refit);
-}
-
 /// RMS of the views' disagreements, each over its own uncertainty.
 double whitened_rms(const HandEyeFit& fit) {
   double squares = 0, inside = 0;
@@ -214,21 +197,85 @@ void write_result(const HandEyeFit& fit, HandEyeResult& out) {
   out.covariance_dof = X.dof;
 }
 
-/// First poses, robust fit, then the fit of the views that agree.
-void run(HandEyeFit& fit, const HandEyeOptions& options, FitReport& report) {
-  std::vector<ObservedView> observed_views = fit.views();
-  Poses poses = robust_start(fit.mount(), observed_views, fit.variances.lever);
-  if (options.start) {
-    poses = {*options.start, fixed_target(fit.mount(), *options.start, observed_views)};
-    choose_poses(fit.mount(), poses, observed_views, fit.variances.lever);
+/// A calibration in the stages of the pipeline.
+struct HandEyeCalibration {
+  using Place = RobustStart;
+
+  HandEyeFit& fit;
+  const HandEyeOptions& options;
+  std::vector<double>& weights;
+  double initial_rms = 0.0;
+
+  std::vector<RobustStart> starts() const;
+  pipeline::Minimum<RobustStart> descend(const RobustStart& from) const { return {from, from.trimmed}; }
+  void begin(const RobustStart& place);
+  void find_noise() { fit.settle(options.max_iterations, false); }
+  std::vector<double> probabilities();
+  std::size_t fewest() const {
+    return static_cast<std::size_t>(std::ceil(std::max(4.0, sound_part * static_cast<double>(weights.size()))));
   }
-  fit.begin_at(poses, observed_views);
+  double false_alarm() const { return options.outlier_false_alarm; }
+  RobustStart place() const;
+  pipeline::Minimum<RobustStart> revisit(const RobustStart& from) const;
+  bool same(const RobustStart& one, const RobustStart& other) const {
+    return same_poses(one.poses, other.poses, fit.variances.lever);
+  }
+};
+
+std::vector<RobustStart> HandEyeCalibration::starts() const {
+  if (!options.start) return robust_starts(fit.mount(), fit.views(), fit.variances.lever);
+  std::vector<ObservedView> views = fit.views();
+  RobustStart out;
+  out.poses = {*options.start, fixed_target(fit.mount(), *options.start, views)};
+  choose_poses(fit.mount(), out.poses, views, fit.variances.lever);
+  out.chosen = chosen_of(views);
+  return {out};
+}
+
+std::vector<ObservedView> believing(std::vector<ObservedView> views, const std::vector<int>& chosen) {
+  for (std::size_t i = 0; i < views.size(); ++i) views[i].chosen = chosen[i];
+  return views;
+}
+
+/// A robust fit, then one pose of each target, and what is far off put out.
+void HandEyeCalibration::begin(const RobustStart& place) {
+  std::fill(weights.begin(), weights.end(), 1.0);
+  fit.begin_at(place.poses, believing(fit.views(), place.chosen));
   first_variances(fit, options);
-  report.initial_rms = whitened_rms(fit);
+  initial_rms = whitened_rms(fit);
   fit.settle(options.max_iterations, true);
   choose_by_probability(fit);
   keep_the_nearest(fit);
-  name_outliers(fit, options);
+}
+
+std::vector<double> HandEyeCalibration::probabilities() {
+  const auto inside = static_cast<double>(std::count(weights.begin(), weights.end(), 1.0));
+  std::vector<double> out;
+  for (std::size_t i = 0; i < weights.size(); ++i) {
+    if (weights[i] == 0) fit.restart(i);
+    out.push_back(p_value(fit, i, inside));
+  }
+  return out;
+}
+
+RobustStart HandEyeCalibration::place() const { return {fit.poses(), chosen_of(fit.views()), 0.0}; }
+
+/// All views, robust, with the variances that were found; the cost is that of a Student distribution, as the fit has
+/// it.
+pipeline::Minimum<RobustStart> HandEyeCalibration::revisit(const RobustStart& from) const {
+  constexpr double student = 4.0;
+  HandEyeFit other(fit.mount(), fit.camera(), fit.views());
+  other.begin_at(from.poses, believing(fit.views(), from.chosen));
+  other.variances = fit.variances;
+  other.variances.free = {false, false, false};
+  other.settle(options.max_iterations, true);
+  pipeline::Minimum<RobustStart> out{{other.poses(), chosen_of(other.views()), 0.0}, 0.0};
+  for (std::size_t i = 0; i < weights.size(); ++i) {
+    const auto view = other.linear(i);
+    const double squared = view ? view->y.dot(other.variances.of(*view).ldlt().solve(view->y)) : 1e9;
+    out.cost += (student + 6) * std::log1p(squared / student);
+  }
+  return out;
 }
 
 }  // namespace
@@ -258,8 +305,11 @@ HandEyeResult calibrate_hand_eye(std::span<const HandEyeView> views, const Pinho
   HandEyeFit fit(options.mount, camera, std::move(observed_views));
   fit.variances.lever = usual_reach(views);
   std::string reason = "fewer than three views give a pose of the target";
+  std::optional<pipeline::Rival<RobustStart>> rival;
   if (index.size() >= 3) {
-    run(fit, options, out.fit);
+    HandEyeCalibration calibration{fit, options, fit.weights};
+    rival = pipeline::run(calibration);
+    out.fit.initial_rms = calibration.initial_rms;
     reason = why_degenerate(fit, options);
     write_result(fit, out);
     out.fit.final_rms = whitened_rms(fit);
@@ -276,6 +326,10 @@ HandEyeResult calibrate_hand_eye(std::span<const HandEyeView> views, const Pinho
   out.fit.status = !reason.empty() ? FitStatus::Degenerate
                    : fit.settled   ? FitStatus::Converged
                                    : FitStatus::MaxIterations;
+  if (rival) {
+    const auto inside = static_cast<double>(std::count(fit.weights.begin(), fit.weights.end(), 1.0));
+    judge_second(*rival, std::max(6 * inside - 12, 1.0), "views", out);
+  }
   return out;
 }
 

@@ -18,7 +18,9 @@
 namespace kr5::calibration::hand_eye {
 namespace {
 
-constexpr int random_subsets = 60;
+constexpr int random_subsets = 60, settling_rounds = 3;
+constexpr std::size_t most_starts = 4;
+constexpr double rival_share = 100.0;  // squared disagreement over the best up to which another start is looked at
 constexpr double trusted_share = 0.6;  // part of the views that must agree
 // A second pose of a plane whose pixel error is this many times the first's cannot be the right one.
 constexpr double hopeless_share = 25.0;
@@ -59,6 +61,31 @@ Ranking rank(Mount mount, const Poses& poses, const std::vector<ObservedView>& o
   std::stable_sort(out.order.begin(), out.order.end(), [&](int a, int b) { return squares[a] < squares[b]; });
   out.trimmed = 0;
   for (std::size_t k = 0; k < trusted; ++k) out.trimmed += squares[out.order[k]];
+  return out;
+}
+
+/// Keeps where a subset ended, of several at the same place the best.
+void keep_end(const RobustStart& end, const std::vector<ObservedView>& observed_views, double lever,
+              std::vector<RobustStart>& ends) {
+  const auto same = [&](const RobustStart& other) { return same_poses(other.poses, end.poses, lever); };
+  const auto at = std::find_if(ends.begin(), ends.end(), same);
+  if (at != ends.end() && at->trimmed <= end.trimmed) return;
+  const RobustStart kept{end.poses, chosen_of(observed_views), end.trimmed};
+  if (at == ends.end())
+    ends.push_back(kept);
+  else
+    *at = kept;
+}
+
+/// The best, and those that end elsewhere and are not much worse.
+std::vector<RobustStart> ordered(const RobustStart& best, std::vector<RobustStart> ends, double lever) {
+  std::stable_sort(ends.begin(), ends.end(),
+                   [](const RobustStart& a, const RobustStart& b) { return a.trimmed < b.trimmed; });
+  std::vector<RobustStart> out = {best};
+  for (const RobustStart& end : ends)
+    if (out.size() < most_starts && end.trimmed < rival_share * best.trimmed &&
+        !same_poses(best.poses, end.poses, lever))
+      out.push_back(end);
   return out;
 }
 
@@ -138,15 +165,29 @@ void choose_poses(Mount mount, const Poses& poses, std::vector<ObservedView>& ob
   }
 }
 
-Poses robust_start(Mount mount, std::vector<ObservedView>& observed_views, double lever) {
+std::vector<int> chosen_of(const std::vector<ObservedView>& observed_views) {
+  std::vector<int> out;
+  for (const ObservedView& observed : observed_views) out.push_back(observed.chosen);
+  return out;
+}
+
+bool same_poses(const Poses& one, const Poses& other, double lever) {
+  constexpr double near = 0.05;  // [rad], and of the lever
+  const auto close = [&](const Pose& a, const Pose& b) {
+    const Vector6 d = pose_difference(a, b);
+    return d.head<3>().norm() < near * lever && d.tail<3>().norm() < near;
+  };
+  return close(one.X, other.X) && close(one.Z, other.Z);
+}
+
+std::vector<RobustStart> robust_starts(Mount mount, std::vector<ObservedView> observed_views, double lever) {
   const int n = static_cast<int>(observed_views.size());
   const std::size_t trusted = std::max<std::size_t>(3, static_cast<std::size_t>(std::ceil(trusted_share * n)));
   std::vector<int> all(n);
   std::iota(all.begin(), all.end(), 0);
   Random random(20221);  // the subsets are part of the method: the same data give the same answer
-  Poses best;
-  double best_trimmed = std::numeric_limits<double>::infinity();
-  std::vector<ObservedView> best_sights = observed_views;
+  RobustStart best{.poses = {}, .chosen = {}, .trimmed = std::numeric_limits<double>::infinity()};
+  std::vector<RobustStart> ends;
   for (int draw = 0; draw <= random_subsets; ++draw) {
     std::vector<int> subset = all;
     for (ObservedView& observed : observed_views) observed.chosen = 0;
@@ -157,16 +198,17 @@ Poses robust_start(Mount mount, std::vector<ObservedView>& observed_views, doubl
         if (observed_views[i].found.size() > 1 && hopeful(observed_views[i], observed_views[i].found[1]))
           observed_views[i].chosen = random.integer(2);
     }
-    Poses poses = closed_form_of(mount, observed_views, subset);
-    for (int settle = 0; settle < 3; ++settle) {
-      choose_poses(mount, poses, observed_views, lever);
-      const Ranking ranking = rank(mount, poses, observed_views, lever, trusted);
-      if (ranking.trimmed < best_trimmed) best_trimmed = ranking.trimmed, best = poses, best_sights = observed_views;
-      poses = closed_form_of(mount, observed_views, std::span(ranking.order).first(trusted));
+    RobustStart at{.poses = closed_form_of(mount, observed_views, subset), .chosen = {}, .trimmed = 0.0};
+    for (int settle = 0; settle < settling_rounds; ++settle) {
+      choose_poses(mount, at.poses, observed_views, lever);
+      const Ranking ranking = rank(mount, at.poses, observed_views, lever, trusted);
+      at.trimmed = ranking.trimmed;
+      if (at.trimmed < best.trimmed) best = {at.poses, chosen_of(observed_views), at.trimmed};
+      if (settle + 1 == settling_rounds) keep_end(at, observed_views, lever, ends);
+      at.poses = closed_form_of(mount, observed_views, std::span(ranking.order).first(trusted));
     }
   }
-  observed_views = best_sights;
-  return best;
+  return ordered(best, ends, lever);
 }
 
 }  // namespace kr5::calibration::hand_eye

@@ -6,7 +6,9 @@
 #include <limits>
 #include <optional>
 
-#include <kr5/fit/cell_fit.hpp>
+#include <kr5/fit/measurements/pixels.hpp>
+#include <kr5/fit/measurements/pose.hpp>
+#include <kr5/fit/problem.hpp>
 
 #include "calibration/hand_eye/fit.hpp"
 #include "calibration/hand_eye_diagnosis/left_out.hpp"
@@ -23,7 +25,7 @@ constexpr int max_iterations = 20;
 
 /// The camera that all pixels ask for, with the poses of the target in every view free; nothing when there is none.
 std::optional<Pinhole> fit_camera(const Case& c, int freed, const SetupHypothesis& from) {
-  fit::CellFit fit;
+  fit::Problem fit;
   const fit::FitBlock camera = fit.add_camera("camera", c.recording.camera), X = fit.add_pose("X", from.fit.X),
                       Z = fit.add_pose("Z", from.fit.Y);
   for (int k = std::max(freed, 2); k < Pinhole::parameter_count; ++k) fit.hold(camera, k);
@@ -32,14 +34,14 @@ std::optional<Pinhole> fit_camera(const Case& c, int freed, const SetupHypothesi
     const View& view = c.recording.views[static_cast<std::size_t>(c.sightings.index[i])];
     const fit::FitBlock seen =
         fit.add_nuisance_pose("T_camera_target", c.sightings.views[i].solutions.front().T_camera_target);
-    const fit::FitObservation pixels =
-        fit.observe_pixels(fit::PoseChain().then(seen), camera, view.points, view.pixels, c.sightings.sigma_pixel);
+    const fit::FitMeasurement pixels = fit.add(
+        fit::PixelMeasurement(fit::PoseChain().then(seen), camera, view.points, view.pixels, c.sightings.sigma_pixel));
     if (!fit.residuals(pixels).allFinite()) {  // beyond the range of a lens that may well be wrong
       fit.set_weight(pixels, 0.0);
       continue;
     }
-    fit.observe_pose(hand_eye::robot_error_chain(c.recording.mount, c.sound.reading.robot[i], X, Z, seen),
-                     Pose::Identity(), from.fit.sigma_position, from.fit.sigma_rotation);
+    fit.add(fit::PoseMeasurement(hand_eye::robot_error_chain(c.recording.mount, c.sound.reading.robot[i], X, Z, seen),
+                                 Pose::Identity(), from.fit.sigma_position, from.fit.sigma_rotation));
   }
   if (!fit.solve({.max_iterations = max_iterations, .cost_tolerance = 1e-9, .uncertainty = false}).fit.usable())
     return std::nullopt;

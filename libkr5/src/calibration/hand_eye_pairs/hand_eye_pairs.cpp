@@ -10,13 +10,15 @@
 
 #include <kr5/core/error.hpp>
 #include <kr5/core/statistics.hpp>
-#include <kr5/fit/cell_fit.hpp>
+#include <kr5/fit/measurements/pose.hpp>
+#include <kr5/fit/problem.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 
-#include "calibration/cell_fit/sound_probability.hpp"
 #include "calibration/hand_eye/noise.hpp"
+#include "calibration/hand_eye/second_pose.hpp"
 #include "calibration/hand_eye/start.hpp"
 #include "calibration/hand_eye_pairs/check_pairs.hpp"
+#include "calibration/pipeline/pipeline.hpp"
 
 namespace kr5::calibration {
 namespace {
@@ -39,28 +41,41 @@ LinearView linear_pair(const PosePair& pair, Mount mount, const Poses& at) {
   return out;
 }
 
-/// A calibration while it goes on.
+/// A calibration while it goes on, in the stages of the pipeline.
 class PairsFit {
  public:
+  using Place = RobustStart;
+
+  std::vector<double> weights;
+
   PairsFit(std::span<const PosePair> pairs, const HandEyePairsOptions& options)
-      : pairs_(pairs), options_(options), weights_(pairs.size(), 1.0) {
+      : weights(pairs.size(), 1.0), pairs_(pairs), options_(options) {
     for (const PosePair& pair : pairs) stops_.push_back({.T_base_flange = pair.T_base_flange, .view = {}});
     variances_.lever = usual_reach(stops_);
-    start();
-    exclude_far();
-    settle();
-    name_outliers();
   }
 
+  std::vector<RobustStart> starts() const;
+  pipeline::Minimum<RobustStart> descend(const RobustStart& from) const { return {from, from.trimmed}; }
+  void begin(const RobustStart& place);
+  /// Poses and free variances in turn, until the variances no longer change.
+  void find_noise();
+  std::vector<double> probabilities() const;
+  std::size_t fewest() const { return std::max<std::size_t>(least(), 4); }
+  double false_alarm() const { return options_.outlier_false_alarm; }
+  RobustStart place() const { return {poses_, std::vector<int>(pairs_.size(), 0), 0.0}; }
+  pipeline::Minimum<RobustStart> revisit(const RobustStart& from) const;
+  bool same(const RobustStart& one, const RobustStart& other) const {
+    return same_poses(one.poses, other.poses, variances_.lever);
+  }
+
+  /// Degrees of freedom of the noise.
+  double dof() const { return std::max(6.0 * static_cast<double>(inside()) - 12, 1.0); }
   void write(HandEyeResult& out) const;
 
  private:
-  void start();
   void first_variances();
   void exclude_far();
-  void fit();
-  void settle();
-  void name_outliers();
+  void fit(double loss = 0.0);
 
   LinearView linear(std::size_t i) const { return linear_pair(pairs_[i], options_.mount, poses_); }
   double squared(std::size_t i) const {
@@ -70,10 +85,10 @@ class PairsFit {
   std::vector<WeightedView> active() const {
     std::vector<WeightedView> out;
     for (std::size_t i = 0; i < pairs_.size(); ++i)
-      if (weights_[i] > 0) out.push_back({linear(i), 1.0});
+      if (weights[i] > 0) out.push_back({linear(i), 1.0});
     return out;
   }
-  std::size_t inside() const { return static_cast<std::size_t>(std::count(weights_.begin(), weights_.end(), 1.0)); }
+  std::size_t inside() const { return static_cast<std::size_t>(std::count(weights.begin(), weights.end(), 1.0)); }
   std::size_t least() const {
     return std::max<std::size_t>(3,
                                  static_cast<std::size_t>(std::ceil(sound_pairs * static_cast<double>(pairs_.size()))));
@@ -82,27 +97,42 @@ class PairsFit {
 
   std::span<const PosePair> pairs_;
   const HandEyePairsOptions& options_;
-  std::vector<double> weights_;
   std::vector<HandEyeView> stops_;
   Poses poses_;
   Variances variances_;  ///< Of position, of the robot's turn, of the camera's turn.
-  std::optional<fit::CellFit> fit_;
-  std::vector<fit::FitObservation> seen_;
-  fit::CellFitResult result_;
+  std::optional<fit::Problem> fit_;
+  std::vector<fit::FitMeasurement> seen_;
+  fit::Solution result_;
   bool regular_ = false, settled_ = false;
   int iterations_ = 0;
   double initial_rms_ = 0.0;
 };
 
-void PairsFit::start() {
+std::vector<RobustStart> PairsFit::starts() const {
   std::vector<ObservedView> observed;
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     Resection seen;
     seen.T_camera_points = pairs_[i].T_camera_target;
     observed.push_back({.input = &stops_[i], .found = {seen}});
   }
-  poses_ = robust_start(options_.mount, observed, variances_.lever);
+  return robust_starts(options_.mount, std::move(observed), variances_.lever);
+}
+
+void PairsFit::begin(const RobustStart& place) {
+  poses_ = place.poses;
+  weights.assign(weights.size(), 1.0);
+  iterations_ = 0;
   first_variances();
+  exclude_far();
+}
+
+/// All pairs, robust, with the variances that were found.
+pipeline::Minimum<RobustStart> PairsFit::revisit(const RobustStart& from) const {
+  PairsFit other(pairs_, options_);
+  other.poses_ = from.poses;
+  other.variances_ = variances_;
+  other.fit(2.0);
+  return {other.place(), other.result_.cost};
 }
 
 void PairsFit::first_variances() {
@@ -127,11 +157,11 @@ void PairsFit::exclude_far() {
   std::sort(order.begin(), order.end());
   const double scale = std::max(order[order.size() / 2].first / uncertainty::chi_square_quantile(0.5, 6), 1e-12);
   for (std::size_t k = least(); k < order.size(); ++k)
-    if (order[k].first > scale * uncertainty::chi_square_quantile(0.9999, 6)) weights_[order[k].second] = 0.0;
+    if (order[k].first > scale * uncertainty::chi_square_quantile(0.9999, 6)) weights[order[k].second] = 0.0;
 }
 
 /// The two poses at the present variances.
-void PairsFit::fit() {
+void PairsFit::fit(double loss) {
   const Eigen::Vector3d sigma = variances_.value.cwiseSqrt();
   // Robot and camera share the position noise; which of them has it makes no difference.
   const double position = sigma[0] / std::sqrt(2.0);
@@ -150,16 +180,15 @@ void PairsFit::fit() {
       chain.then_inverse(error).then(T.inverse());
     else
       chain.then(T).then(error);
-    seen_.push_back(fit_->observe_pose(chain.then(target), pairs_[i].T_camera_target, position, sigma[2]));
-    fit_->set_weight(seen_.back(), weights_[i]);
+    seen_.push_back(fit_->add(fit::PoseMeasurement(chain.then(target), pairs_[i].T_camera_target, position, sigma[2])));
+    fit_->set_weight(seen_.back(), weights[i]);
   }
-  result_ = fit_->solve({.max_iterations = options_.max_iterations});
+  result_ = fit_->solve({.max_iterations = options_.max_iterations, .loss = loss, .uncertainty = loss == 0});
   iterations_ += result_.fit.iterations;
   poses_ = {fit_->pose(camera), fit_->pose(target)};
 }
 
-/// Poses and free variances in turn, until the variances no longer change.
-void PairsFit::settle() {
+void PairsFit::find_noise() {
   settled_ = false;
   for (int round = 0; round < most_rounds && !settled_; ++round) {
     fit();
@@ -174,25 +203,20 @@ void PairsFit::settle() {
 
 /// Probability that a sound pair lies as far from what the others say.
 double PairsFit::probability(std::size_t i) const {
-  const fit::CellFit::Agreement agreement = fit_->agreement(seen_[i]);
+  const fit::Agreement agreement = result_.agreement(*fit_, seen_[i]);
   const bool known = !variances_.free[0] && !variances_.free[1] && !variances_.free[2];
   // Position and rotation noise are each estimated from half of the readings: of a pair outside, which few others may
   // have agreed to leave out, that counts.
   const double numbers = static_cast<double>(inside());
-  const double dof = std::max(weights_[i] > 0 ? 6 * numbers - 12 : 3 * numbers - 6, 7.0);
-  return cell_fit::sound_probability(agreement.squared_distance, agreement.dof, weights_[i] > 0,
+  const double dof = std::max(weights[i] > 0 ? 6 * numbers - 12 : 3 * numbers - 6, 7.0);
+  return pipeline::sound_probability(agreement.squared_distance, agreement.dof, weights[i] > 0,
                                      known ? uncertainty::known_noise : dof);
 }
 
-/// Puts pairs out and back in until each is where its test puts it.
-void PairsFit::name_outliers() {
-  const auto probabilities = [&] {
-    std::vector<double> out;
-    for (std::size_t i = 0; i < pairs_.size(); ++i) out.push_back(probability(i));
-    return out;
-  };
-  cell_fit::settle_outliers(weights_, options_.outlier_false_alarm, std::max<std::size_t>(least(), 4), probabilities,
-                            [&] { settle(); });
+std::vector<double> PairsFit::probabilities() const {
+  std::vector<double> out;
+  for (std::size_t i = 0; i < pairs_.size(); ++i) out.push_back(probability(i));
+  return out;
 }
 
 void PairsFit::write(HandEyeResult& out) const {
@@ -213,9 +237,9 @@ void PairsFit::write(HandEyeResult& out) const {
     out.views.push_back({.name = name_of_pair(pairs_, i),
                          .robot_position = y.head<3>().norm(),
                          .robot_rotation = y.tail<3>().norm(),
-                         .weight = weights_[i],
-                         .outlier = weights_[i] == 0});
-    if (weights_[i] > 0)
+                         .weight = weights[i],
+                         .outlier = weights[i] == 0});
+    if (weights[i] > 0)
       turned.push_back(pairs_[i].T_base_flange);
     else
       outliers += (outliers.empty() ? "" : ", ") + out.views.back().name;
@@ -247,7 +271,10 @@ HandEyeResult calibrate_hand_eye_pairs(std::span<const PosePair> pairs, const Ha
   options.validate();
   check_pairs(pairs);
   HandEyeResult out;
-  PairsFit(pairs, options).write(out);
+  PairsFit fit(pairs, options);
+  const auto rival = pipeline::run(fit);
+  fit.write(out);
+  if (rival) judge_second(*rival, fit.dof(), "pairs of poses", out);
   return out;
 }
 

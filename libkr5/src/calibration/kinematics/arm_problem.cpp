@@ -9,9 +9,13 @@
 #include <Eigen/Dense>
 #include <kr5/core/error.hpp>
 #include <kr5/core/statistics.hpp>
+#include <kr5/fit/measurements/distance.hpp>
+#include <kr5/fit/measurements/pixels.hpp>
+#include <kr5/fit/measurements/pose.hpp>
+#include <kr5/fit/measurements/position.hpp>
 
-#include "calibration/cell_fit/arm_prior.hpp"
 #include "calibration/hand_eye/closed_form.hpp"
+#include "calibration/pipeline/arm_prior.hpp"
 #include "calibration/rigid_motion.hpp"
 
 namespace kr5::calibration::arm_problem {
@@ -117,7 +121,7 @@ void place_poses(const Input& input, Placement& placement) {
 double robust_cost(const ArmProblem& problem) {
   std::vector<double> squares;
   for (const auto& of_posture : problem.observations)
-    for (const fit::FitObservation o : of_posture) squares.push_back(problem.fit.residuals(o).squaredNorm());
+    for (const fit::FitMeasurement o : of_posture) squares.push_back(problem.fit.residuals(o).squaredNorm());
   return squares.empty() ? 0.0 : median(squares);
 }
 
@@ -193,7 +197,7 @@ ArmProblem::ArmProblem(const Input& input, const Sigmas& sigmas, const Placement
   const KinematicsOptions& options = input.options;
   arm = fit.add_arm("arm", input.nominal);
   if (refine) {
-    cell_fit::free_arm(fit, arm, input.nominal, sigmas.length, sigmas.angle);
+    pipeline::free_arm(fit, arm, input.nominal, sigmas.length, sigmas.angle);
     std::vector<double> prior;
     const std::vector<std::string> names = joint_term_names(input, sigmas, prior);
     if (!names.empty()) {
@@ -231,35 +235,36 @@ ArmProblem::ArmProblem(const Input& input, const Sigmas& sigmas, const Placement
   hold_named(*this, input, refine);
   for (const ArmPosture& posture : input.postures) observe_posture(input, posture, sigmas);
   for (const SocketDistance& d : input.distances)
-    distances.push_back(
-        fit.observe_distance({}, sockets[input.socket(d.first)], sockets[input.socket(d.second)], d.distance, d.sigma));
+    distances.push_back(fit.add(fit::DistanceMeasurement({}, sockets[input.socket(d.first)],
+                                                         sockets[input.socket(d.second)], d.distance, d.sigma)));
 }
 
 void ArmProblem::observe_posture(const Input& input, const ArmPosture& posture, const Sigmas& sigmas) {
-  std::vector<fit::FitObservation>& mine = observations.emplace_back();
+  std::vector<fit::FitMeasurement>& mine = observations.emplace_back();
   const Eigen::MatrixXd regressor = joint_terms.exists() ? joint_term_regressor(input, posture) : Eigen::MatrixXd();
   fit::PoseChain chain;
   if (base.exists()) chain.then(base);
   chain.then_arm(arm, posture.q, joint_terms, regressor);
   if (posture.T_world_tool)
-    mine.push_back(
-        fit.observe_pose(fit::PoseChain(chain).then(tool), *posture.T_world_tool, sigmas.position, sigmas.rotation));
+    mine.push_back(fit.add(fit::PoseMeasurement(fit::PoseChain(chain).then(tool), *posture.T_world_tool,
+                                                sigmas.position, sigmas.rotation)));
   for (Eigen::Index c = 0; c < posture.points.cols(); ++c)
     if (point_seen(posture.points.col(c)))
-      mine.push_back(fit.observe_position(chain, points[static_cast<std::size_t>(c)],
-                                          Eigen::Vector3d(posture.points.col(c)), sigmas.position));
+      mine.push_back(fit.add(fit::PositionMeasurement(chain, points[static_cast<std::size_t>(c)],
+                                                      Eigen::Vector3d(posture.points.col(c)), sigmas.position)));
   if (!posture.socket.empty())
-    mine.push_back(fit.observe_position(fit::PoseChain().then_arm(arm, posture.q, joint_terms, regressor),
-                                        points.front(), sockets[input.socket(posture.socket)], sigmas.position));
-  std::vector<fit::FitObservation>& seen = views.emplace_back();
+    mine.push_back(
+        fit.add(fit::PositionMeasurement(fit::PoseChain().then_arm(arm, posture.q, joint_terms, regressor),
+                                         points.front(), sockets[input.socket(posture.socket)], sigmas.position)));
+  std::vector<fit::FitMeasurement>& seen = views.emplace_back();
   if (posture.pixels.cols() > 0)
-    seen.push_back(fit.observe_pixels(
+    seen.push_back(fit.add(fit::PixelMeasurement(
         fit::PoseChain().then_inverse(camera).then_inverse_arm(arm, posture.q, joint_terms, regressor).then(target),
-        lens, posture.target_points, posture.pixels, sigmas.pixel));
+        lens, posture.target_points, posture.pixels, sigmas.pixel)));
 }
 
-std::vector<fit::FitObservation> ArmProblem::of_posture(std::size_t i) const {
-  std::vector<fit::FitObservation> out = observations[i];
+std::vector<fit::FitMeasurement> ArmProblem::of_posture(std::size_t i) const {
+  std::vector<fit::FitMeasurement> out = observations[i];
   out.insert(out.end(), views[i].begin(), views[i].end());
   return out;
 }
@@ -277,7 +282,7 @@ void ArmProblem::begin_at(const ArmProblem& other) {
 
 void ArmProblem::set_weights(const std::vector<double>& weights) {
   for (std::size_t i = 0; i < observations.size(); ++i)
-    for (const fit::FitObservation o : of_posture(i)) fit.set_weight(o, weights[i]);
+    for (const fit::FitMeasurement o : of_posture(i)) fit.set_weight(o, weights[i]);
 }
 
 Placement ArmProblem::placement() const {
@@ -296,11 +301,11 @@ Placement ArmProblem::placement() const {
 void robust_sigmas(const ArmProblem& problem, Sigmas& sigmas) {
   std::vector<double> position, rotation, pixel;
   for (const auto& of_view : problem.views)
-    for (const fit::FitObservation o : of_view)
+    for (const fit::FitMeasurement o : of_view)
       for (const double r : problem.fit.residuals(o)) pixel.push_back(std::abs(r));
   if (!pixel.empty()) sigmas.pixel *= std::max(mad_to_sigma * median(pixel), 1e-6);
   for (const auto& of_posture : problem.observations)
-    for (const fit::FitObservation o : of_posture) {
+    for (const fit::FitMeasurement o : of_posture) {
       const Eigen::VectorXd r = problem.fit.residuals(o);
       for (Eigen::Index k = 0; k < r.size(); ++k) (k < 3 ? position : rotation).push_back(std::abs(r[k]));
     }
@@ -308,40 +313,40 @@ void robust_sigmas(const ArmProblem& problem, Sigmas& sigmas) {
   if (!rotation.empty()) sigmas.rotation *= std::max(mad_to_sigma * median(rotation), 1e-6);
 }
 
-Placement place(const Input& input, Sigmas& sigmas) {
-  std::vector<Placement> starts;
+std::vector<Placement> starts(const Input& input) {
+  std::vector<Placement> out;
   if (input.any_pose()) {
-    place_poses(input, starts.emplace_back());
+    place_poses(input, out.emplace_back());
   } else if (input.any_point()) {
     constexpr double lever = 0.2;  // a tool as long as that is found, too
-    starts.push_back(from_points(input, Eigen::Vector3d::Zero()));
+    out.push_back(from_points(input, Eigen::Vector3d::Zero()));
     for (int axis = 0; axis < 3; ++axis)
-      for (const double side : {-lever, lever})
-        starts.push_back(from_points(input, side * Eigen::Vector3d::Unit(axis)));
+      for (const double side : {-lever, lever}) out.push_back(from_points(input, side * Eigen::Vector3d::Unit(axis)));
   } else {
-    starts.emplace_back();
+    out.emplace_back();
   }
-  for (Placement& start : starts) complete_start(input, start);
+  for (Placement& start : out) complete_start(input, start);
+  return out;
+}
+
+pipeline::Minimum<Placement> descend(const Input& input, Placement start) {
   constexpr std::size_t enough = 100;
-  Placement best = starts.front();
-  if (starts.size() > 1) {
-    const bool many = input.postures.size() > 2 * enough && input.socket_names.empty();
-    const std::vector<ArmPosture> some = many ? some_postures(input.postures, enough) : std::vector<ArmPosture>{};
-    const Input few{input.nominal, many ? std::span<const ArmPosture>(some) : input.postures, input.distances,
-                    input.options, input.socket_names};
-    double least = std::numeric_limits<double>::infinity();
-    for (Placement& start : starts) {
-      if (many) complete_start(few, start);
-      const ArmProblem problem = placed(few, start);
-      const double cost = robust_cost(problem);
-      if (cost < least) least = cost, best = problem.placement();
-    }
-    if (many) {
-      best.points.setZero(3, input.markers());
-      points_from_base(input, best);
-    }
+  const bool many = input.postures.size() > 2 * enough && input.socket_names.empty();
+  const std::vector<ArmPosture> some = many ? some_postures(input.postures, enough) : std::vector<ArmPosture>{};
+  const Input few{input.nominal, many ? std::span<const ArmPosture>(some) : input.postures, input.distances,
+                  input.options, input.socket_names};
+  if (many) complete_start(few, start);
+  const ArmProblem problem = placed(few, start);
+  pipeline::Minimum<Placement> out{problem.placement(), robust_cost(problem)};
+  if (many) {
+    out.at.points.setZero(3, input.markers());
+    points_from_base(input, out.at);
   }
-  const ArmProblem problem = placed(input, best);
+  return out;
+}
+
+Placement place_at(const Input& input, const Placement& start, Sigmas& sigmas) {
+  const ArmProblem problem = placed(input, start);
   Sigmas own;
   robust_sigmas(problem, own);
   sigmas.position = own.position, sigmas.rotation = own.rotation, sigmas.pixel = own.pixel;

@@ -6,9 +6,12 @@
 #include <vector>
 
 #include <kr5/calibration/kinematics.hpp>
+#include <kr5/fit/problem.hpp>
+
+#include "calibration/pipeline/pipeline.hpp"
 
 /// @file
-/// Private: the cell fit of a kinematic calibration, built anew for each set of standard deviations.
+/// Private: the fit of a kinematic calibration, built anew for each set of standard deviations.
 
 namespace kr5::calibration::arm_problem {
 
@@ -53,12 +56,12 @@ struct Input {
 };
 
 struct ArmProblem {
-  fit::CellFit fit;
+  fit::Problem fit;
   fit::FitBlock arm, base, tool, joint_terms, camera, lens, target;
   std::vector<fit::FitBlock> points, sockets;
-  std::vector<std::vector<fit::FitObservation>> observations;  ///< Of poses and points, by posture.
-  std::vector<std::vector<fit::FitObservation>> views;         ///< Of pixels, by posture.
-  std::vector<fit::FitObservation> distances;                  ///< Of sockets.
+  std::vector<std::vector<fit::FitMeasurement>> observations;  ///< Of poses and points, by posture.
+  std::vector<std::vector<fit::FitMeasurement>> views;         ///< Of pixels, by posture.
+  std::vector<fit::FitMeasurement> distances;                  ///< Of sockets.
 
   /// @param refine False: the arm is held at its nominal parameters.
   ArmProblem(const Input& input, const Sigmas& sigmas, const Placement& placement, bool refine);
@@ -67,14 +70,19 @@ struct ArmProblem {
   void set_weights(const std::vector<double>& weights);
   Placement placement() const;
   /// Everything that was measured of a posture.
-  std::vector<fit::FitObservation> of_posture(std::size_t i) const;
+  std::vector<fit::FitMeasurement> of_posture(std::size_t i) const;
 
  private:
   void observe_posture(const Input& input, const ArmPosture& posture, const Sigmas& sigmas);
 };
 
-/// Angle and place of base, tool and sockets that fit the nominal arm best; postures may contradict.
-Placement place(const Input& input, Sigmas& sigmas);
+/// Places of base, tool and sockets from which the search for the right ones begins.
+std::vector<Placement> starts(const Input& input);
+/// The nominal arm placed as well as it allows, from a start on, and its median squared residual; postures may
+/// contradict. Of many postures some are enough.
+pipeline::Minimum<Placement> descend(const Input& input, Placement start);
+/// The same with all postures, and the noise that they then show.
+Placement place_at(const Input& input, const Placement& start, Sigmas& sigmas);
 
 /// Sets the standard deviations of the measurements by a scale that outliers do not move.
 void robust_sigmas(const ArmProblem& problem, Sigmas& sigmas);

@@ -14,10 +14,12 @@
 #include <kr5/core/linear.hpp>
 #include <kr5/core/random.hpp>
 #include <kr5/core/statistics.hpp>
-#include <kr5/fit/cell_fit.hpp>
+#include <kr5/fit/measurements/pose.hpp>
+#include <kr5/fit/measurements/position.hpp>
+#include <kr5/fit/problem.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 
-#include "calibration/cell_fit/sound_probability.hpp"
+#include "calibration/pipeline/pipeline.hpp"
 
 namespace kr5::calibration {
 namespace {
@@ -274,11 +276,11 @@ void orient(std::span<const JointSample> samples, AxisStart& start) {
 
 /// The fit: an arm of one joint, whose base is the axis and whose value at each sample is unknown but for the first's.
 struct AxisFit {
-  fit::CellFit fit;
+  fit::Problem fit;
   fit::FitBlock axis, tool;
   std::vector<fit::FitBlock> points, angles;
-  std::vector<std::vector<fit::FitObservation>> observations;
-  fit::CellFitResult result;
+  std::vector<std::vector<fit::FitMeasurement>> observations;
+  fit::Solution result;
 
   AxisFit(std::span<const JointSample> samples, const AxisStart& start, double sigma_position, double sigma_rotation) {
     kinematics::DhChain joint;
@@ -306,19 +308,19 @@ struct AxisFit {
       const Eigen::MatrixXd one = i == 0 ? Eigen::MatrixXd() : Eigen::MatrixXd::Ones(1, 1);
       const fit::PoseChain chain =
           fit::PoseChain().then(axis).then_arm(arm, Eigen::VectorXd::Constant(1, start.angles[i]), angles[i], one);
-      std::vector<fit::FitObservation>& mine = observations.emplace_back();
+      std::vector<fit::FitMeasurement>& mine = observations.emplace_back();
       if (poses)
-        mine.push_back(fit.observe_pose(fit::PoseChain(chain).then(tool), *samples[i].T_world_tool, sigma_position,
-                                        sigma_rotation));
+        mine.push_back(fit.add(fit::PoseMeasurement(fit::PoseChain(chain).then(tool), *samples[i].T_world_tool,
+                                                    sigma_position, sigma_rotation)));
       for (Eigen::Index c = 0; c < samples[i].points.cols(); ++c)
         if (is_seen(samples[i], c))
-          mine.push_back(fit.observe_position(chain, points[static_cast<std::size_t>(c)],
-                                              Vector3d(samples[i].points.col(c)), sigma_position));
+          mine.push_back(fit.add(fit::PositionMeasurement(chain, points[static_cast<std::size_t>(c)],
+                                                          Vector3d(samples[i].points.col(c)), sigma_position)));
     }
   }
   void set_weights(const std::vector<double>& weights) {
     for (std::size_t i = 0; i < observations.size(); ++i)
-      for (const fit::FitObservation o : observations[i]) fit.set_weight(o, weights[i]);
+      for (const fit::FitMeasurement o : observations[i]) fit.set_weight(o, weights[i]);
   }
 };
 
@@ -333,7 +335,7 @@ AxisNoise axis_noise(const AxisFit& fit, const std::vector<double>& weights) {
   for (std::size_t i = 0; i < weights.size(); ++i) {
     if (!(weights[i] > 0)) continue;
     ++inside;
-    for (const fit::FitObservation o : fit.observations[i]) {
+    for (const fit::FitMeasurement o : fit.observations[i]) {
       const Eigen::VectorXd r = fit.fit.residuals(o);
       for (Eigen::Index k = 0; k < r.size(); ++k) squares[k >= 3] += r[k] * r[k], ++rows[k >= 3];
     }
@@ -349,8 +351,10 @@ AxisNoise axis_noise(const AxisFit& fit, const std::vector<double>& weights) {
   return out;
 }
 
-/// The estimation while it goes on.
+/// The estimation while it goes on, in the stages of the pipeline; its one start has a closed form.
 struct AxisEstimation {
+  using Place = AxisStart;
+
   std::span<const JointSample> samples;
   const JointAxisOptions& options;
   AxisStart start;
@@ -377,20 +381,25 @@ struct AxisEstimation {
     return options.sigma_position > 0 && (options.sigma_rotation > 0 || !samples.front().T_world_tool);
   }
   double probability(std::size_t i) const {
-    const fit::CellFit::Agreement agreement = fit->fit.agreement(fit->observations[i]);
-    return cell_fit::sound_probability(agreement.squared_distance, agreement.dof, weights[i] > 0,
+    const fit::Agreement agreement = fit->result.agreement(fit->fit, fit->observations[i]);
+    return pipeline::sound_probability(agreement.squared_distance, agreement.dof, weights[i] > 0,
                                        noise_known() ? uncertainty::known_noise : noise.dof);
   }
-  void name_outliers() {
-    const auto n = samples.size();
-    const auto fewest = static_cast<std::size_t>(std::ceil(sound_samples * static_cast<double>(n)));
-    // The first sample carries the zero of the angles; one that is out has no angle of its own by which to come back.
-    const auto probabilities = [&] {
-      std::vector<double> out(n, 1.0);
-      for (std::size_t i = 1; i < n; ++i) out[i] = weights[i] > 0 ? probability(i) : 0.0;
-      return out;
-    };
-    cell_fit::settle_outliers(weights, options.outlier_false_alarm, fewest, probabilities, [&] { find_noise(); });
+  std::vector<AxisStart> starts() const { return {start}; }
+  pipeline::Minimum<AxisStart> descend(const AxisStart& from) const { return {from, 0.0}; }
+  void begin(const AxisStart& from) {
+    start = from;
+    find_noise(2.0);
+  }
+  std::size_t fewest() const {
+    return static_cast<std::size_t>(std::ceil(sound_samples * static_cast<double>(samples.size())));
+  }
+  double false_alarm() const { return options.outlier_false_alarm; }
+  /// The first sample carries the zero of the angles; one that is out has no angle of its own by which to come back.
+  std::vector<double> probabilities() const {
+    std::vector<double> out(samples.size(), 1.0);
+    for (std::size_t i = 1; i < out.size(); ++i) out[i] = weights[i] > 0 ? probability(i) : 0.0;
+    return out;
   }
 };
 
@@ -406,7 +415,7 @@ double radius_doubt(const AxisFit& fit) {
   double radius = 0.0;
   for (const fit::FitBlock point : fit.points) radius = std::max(radius, fit.fit.values(point).head<2>().norm());
   if (radius == 0.0) return 0.0;
-  const std::vector<int> places = fit.fit.coordinates(fit.axis);
+  const std::vector<int> places = fit.result.places(fit.axis);
   Eigen::Matrix2d offset;
   for (int r = 0; r < 2; ++r)
     for (int c = 0; c < 2; ++c)
@@ -487,7 +496,7 @@ void write_axis(const AxisEstimation& estimation, JointAxisResult& out) {
   out.sigma_position = estimation.sigma_position;
   out.sigma_rotation = estimation.sigma_rotation;
   out.dof = estimation.noise_known() ? uncertainty::known_noise : estimation.noise.dof;
-  const std::vector<int> places = fit.fit.coordinates(fit.axis);
+  const std::vector<int> places = fit.result.places(fit.axis);
   const int mine[] = {places[0], places[1], places[3], places[4]};
   for (int r = 0; r < 4; ++r)
     for (int c = 0; c < 4; ++c)
@@ -507,7 +516,7 @@ void write_axis(const AxisEstimation& estimation, JointAxisResult& out) {
       out.outliers.push_back(static_cast<int>(i));
       continue;
     }
-    for (const fit::FitObservation o : fit.observations[i])
+    for (const fit::FitMeasurement o : fit.observations[i])
       squares += fit.fit.residuals(o).head<3>().squaredNorm() * out.sigma_position * out.sigma_position, ++count;
   }
   out.rms = std::sqrt(squares / std::max(count, 1.0));
@@ -550,9 +559,7 @@ JointAxisResult identify_sound(std::span<const JointSample> samples, const Joint
   }
   if (options.sigma_position > 0) estimation.sigma_position = options.sigma_position;
   if (options.sigma_rotation > 0) estimation.sigma_rotation = options.sigma_rotation;
-  estimation.find_noise(2.0);
-  estimation.find_noise();
-  estimation.name_outliers();
+  pipeline::run(estimation);
   write_axis(estimation, out);
   return out;
 }

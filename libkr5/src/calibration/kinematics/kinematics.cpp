@@ -10,9 +10,11 @@
 #include <kr5/core/linear.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 
-#include "calibration/cell_fit/parameter_report.hpp"
-#include "calibration/cell_fit/sound_probability.hpp"
 #include "calibration/kinematics/arm_problem.hpp"
+#include "calibration/pipeline/parameter_report.hpp"
+#include "calibration/pipeline/pipeline.hpp"
+#include "calibration/pipeline/second_minimum.hpp"
+#include "calibration/pipeline/sound_probability.hpp"
 
 namespace kr5::calibration {
 namespace {
@@ -81,8 +83,8 @@ struct PriorGroup {
 struct NoiseGroup {
   double* sigma = nullptr;
   double given = 0.0, least = 1e-9;
-  fit::CellFit::SquaredResiduals sum;  ///< Whitened by the noise of the fit.
-  double scale = 1.0;                  ///< Of the noise now over that of the fit.
+  fit::SquaredResiduals sum;  ///< Whitened by the noise of the fit.
+  double scale = 1.0;         ///< Of the noise now over that of the fit.
   double redundancy = 0.0;
 
   double weight() const { return 1 / (scale * scale); }
@@ -116,7 +118,7 @@ Eigen::MatrixXd VarianceModel::information() const {
 }
 
 Eigen::VectorXd VarianceModel::degrees_of_freedom() const {
-  const Eigen::MatrixXd C = covariance_of(information(), fit::CellFitOptions().rank_tolerance);
+  const Eigen::MatrixXd C = covariance_of(information(), fit::SolveOptions().rank_tolerance);
   // Variance of the estimated variances, 2 / redundancy of each relative one, carried to those of the coordinates.
   Eigen::VectorXd doubt = Eigen::VectorXd::Zero(C.rows());
   for (const NoiseGroup& noise : noises) {
@@ -144,7 +146,7 @@ double VarianceModel::step() {
   for (const PriorGroup& prior : priors)
     for (std::size_t k = 0; k < prior.places.size(); ++k)
       gradient[prior.places[k]] += prior.weight() * prior.changes[k];
-  const Eigen::MatrixXd C = covariance_of(information(), fit::CellFitOptions().rank_tolerance);
+  const Eigen::MatrixXd C = covariance_of(information(), fit::SolveOptions().rank_tolerance);
   const Eigen::VectorXd d = -C * gradient;
   double most = 0.0;
   const auto update = [&](double& value, double variance, double least) {
@@ -177,18 +179,32 @@ double VarianceModel::step() {
   return most;
 }
 
-/// The calibration while it goes on.
-struct Calibration {
+/// The calibration while it goes on, in the stages of the pipeline.
+struct ArmCalibration {
+  using Place = Placement;
+
   const Input& input;
   std::vector<double> weights;
   Sigmas sigmas = {};
+  Sigmas nominal_sigmas = {};  ///< Of the nominal arm, placed as well as it allows.
   Placement start = {};
   std::optional<ArmProblem> problem = {};
-  fit::CellFitResult result = {};
+  fit::Solution result = {};
   int iterations = 0;
   double dof = 1.0;                     ///< Behind the estimated noise.
   double least_dof = 0.0;               ///< Of the kinds of noise, the one known worst.
   Eigen::VectorXd coordinate_dof = {};  ///< Behind the variance of each coordinate.
+
+  std::vector<Placement> starts() const { return arm_problem::starts(input); }
+  pipeline::Minimum<Placement> descend(const Placement& from) const { return arm_problem::descend(input, from); }
+  void begin(const Placement& from);
+  std::size_t fewest() const {
+    return static_cast<std::size_t>(std::ceil(sound_postures * static_cast<double>(weights.size())));
+  }
+  double false_alarm() const { return input.options.outlier_false_alarm; }
+  Placement place() const { return problem->placement(); }
+  pipeline::Minimum<Placement> revisit(const Placement& from) const;
+  bool same(const Placement& one, const Placement& other) const;
 
   void fit(double loss = 0.0) {
     ArmProblem next(input, sigmas, start, true);
@@ -204,28 +220,32 @@ struct Calibration {
   }
   VarianceModel variance_model();
   bool update_sigmas();
-  void find_sigmas() {
+  void find_noise() {
     for (int round = 0; round < most_refits; ++round) {
       fit();
       if (!update_sigmas()) break;
     }
   }
   double probability(std::size_t i) const;
-  void name_outliers();
+  std::vector<double> probabilities() const {
+    std::vector<double> out;
+    for (std::size_t i = 0; i < weights.size(); ++i) out.push_back(probability(i));
+    return out;
+  }
 };
 
-VarianceModel Calibration::variance_model() {
+VarianceModel ArmCalibration::variance_model() {
   const KinematicsOptions& options = input.options;
-  std::vector<fit::FitObservation> poses, pixels;
+  std::vector<fit::FitMeasurement> poses, pixels;
   for (const auto& mine : problem->observations) poses.insert(poses.end(), mine.begin(), mine.end());
   for (const auto& mine : problem->views) pixels.insert(pixels.end(), mine.begin(), mine.end());
   constexpr int all = std::numeric_limits<int>::max();
-  const fit::CellFit& fit = problem->fit;
+  const fit::Problem& fit = problem->fit;
   VarianceModel out;
-  out.noises = {{&sigmas.position, options.sigma_position, 1e-9, fit.squared_residuals(poses, 0, 3)},
-                {&sigmas.rotation, options.sigma_rotation, 1e-9, fit.squared_residuals(poses, 3, all)},
-                {&sigmas.pixel, options.sigma_pixel, 1e-6, fit.squared_residuals(pixels, 0, all)}};
-  const fit::CellFit::SquaredResiduals known = fit.squared_residuals(problem->distances, 0, all);
+  out.noises = {{&sigmas.position, options.sigma_position, 1e-9, result.squared_residuals(fit, poses, 0, 3)},
+                {&sigmas.rotation, options.sigma_rotation, 1e-9, result.squared_residuals(fit, poses, 3, all)},
+                {&sigmas.pixel, options.sigma_pixel, 1e-6, result.squared_residuals(fit, pixels, 0, all)}};
+  const fit::SquaredResiduals known = result.squared_residuals(fit, problem->distances, 0, all);
   out.fixed = known.information, out.fixed_gradient = known.gradient;
   PriorGroup length, angle, joint, compliance;
   length.sigma = &sigmas.length, length.given = options.tolerance_length;
@@ -235,12 +255,12 @@ VarianceModel Calibration::variance_model() {
   const auto put = [](PriorGroup& group, int place, double change) {
     if (place >= 0) group.places.push_back(place), group.changes.push_back(change);
   };
-  const std::vector<int> places = fit.coordinates(problem->arm);
+  const std::vector<int> places = result.places(problem->arm);
   const Eigen::VectorXd change = fit.change(problem->arm);
   for (std::size_t k = 0; k < places.size(); ++k)
     put(k % 5 == 0 || k % 5 == 2 ? length : angle, places[k], change[static_cast<Eigen::Index>(k)]);
   if (problem->joint_terms.exists()) {
-    const std::vector<int> terms = fit.coordinates(problem->joint_terms);
+    const std::vector<int> terms = result.places(problem->joint_terms);
     const Eigen::VectorXd values = fit.change(problem->joint_terms);
     const std::size_t first_compliance = terms.size() - (options.elasticity ? input.nominal.joints.size() : 0);
     for (std::size_t k = 0; k < terms.size(); ++k)
@@ -249,7 +269,7 @@ VarianceModel Calibration::variance_model() {
   out.priors = {length, angle, joint, compliance};
   if (problem->tool.exists() && options.T_flange_tool && options.tolerance_tool > 0) {
     const double weight = 1 / (options.tolerance_tool * options.tolerance_tool);
-    const std::vector<int> tool = fit.coordinates(problem->tool);
+    const std::vector<int> tool = result.places(problem->tool);
     for (std::size_t k = 0; k < 3; ++k)
       if (tool[k] >= 0) {
         out.fixed(tool[k], tool[k]) += weight;
@@ -260,7 +280,7 @@ VarianceModel Calibration::variance_model() {
 }
 
 /// Estimates the standard deviations near the present fit; whether one changed so much that another fit is needed.
-bool Calibration::update_sigmas() {
+bool ArmCalibration::update_sigmas() {
   const Sigmas before = sigmas;
   VarianceModel model = variance_model();
   for (int round = 0; round < variance_rounds && model.step() > variances_settled; ++round) {
@@ -284,28 +304,18 @@ bool Calibration::update_sigmas() {
 }
 
 /// Probability that a sound posture lies as far from what the others say.
-double Calibration::probability(std::size_t i) const {
-  const fit::CellFit::Agreement agreement = problem->fit.agreement(problem->of_posture(i));
-  return cell_fit::sound_probability(agreement.squared_distance, agreement.dof, weights[i] > 0, dof);
-}
-
-void Calibration::name_outliers() {
-  const auto probabilities = [&] {
-    std::vector<double> out;
-    for (std::size_t i = 0; i < weights.size(); ++i) out.push_back(probability(i));
-    return out;
-  };
-  const auto fewest = static_cast<std::size_t>(std::ceil(sound_postures * static_cast<double>(weights.size())));
-  cell_fit::settle_outliers(weights, input.options.outlier_false_alarm, fewest, probabilities, [&] { find_sigmas(); });
+double ArmCalibration::probability(std::size_t i) const {
+  const fit::Agreement agreement = result.agreement(problem->fit, problem->of_posture(i));
+  return pipeline::sound_probability(agreement.squared_distance, agreement.dof, weights[i] > 0, dof);
 }
 
 /// What the robust fit found far off is put out; the tests that follow decide.
-void exclude_far(Calibration& calibration) {
+void exclude_far(ArmCalibration& calibration) {
   const std::size_t n = calibration.weights.size();
   std::vector<std::pair<double, std::size_t>> order;
   for (std::size_t i = 0; i < n; ++i) {
     double squared = 0.0, rows = 0.0;
-    for (const fit::FitObservation o : calibration.problem->of_posture(i)) {
+    for (const fit::FitMeasurement o : calibration.problem->of_posture(i)) {
       const Eigen::VectorXd r = calibration.problem->fit.residuals(o);
       squared += r.squaredNorm(), rows += static_cast<double>(r.size());
     }
@@ -318,23 +328,58 @@ void exclude_far(Calibration& calibration) {
     if (order[k].first > 9 * scale) calibration.weights[order[k].second] = 0.0;  // beyond about four sigma
 }
 
+void ArmCalibration::begin(const Placement& from) {
+  const KinematicsOptions& options = input.options;
+  problem.reset();
+  weights.assign(weights.size(), 1.0);
+  sigmas = {};
+  start = place_at(input, from, sigmas);
+  nominal_sigmas = sigmas;
+  if (options.tolerance_length > 0) sigmas.length = options.tolerance_length;
+  if (options.tolerance_angle > 0) sigmas.angle = options.tolerance_angle;
+  for (int round = 0; round < 3; ++round) {  // a robust fit, whose scale shrinks with what it explains
+    fit(2.0);
+    robust_sigmas(*problem, sigmas);
+  }
+  if (options.sigma_position > 0) sigmas.position = options.sigma_position;
+  if (options.sigma_rotation > 0) sigmas.rotation = options.sigma_rotation;
+  if (options.sigma_pixel > 0) sigmas.pixel = options.sigma_pixel;
+  exclude_far(*this);
+}
+
+/// All postures, robust, with the noise that was found.
+pipeline::Minimum<Placement> ArmCalibration::revisit(const Placement& from) const {
+  ArmProblem descent(input, sigmas, from, true);
+  const fit::Solution solved = descent.fit.solve(
+      {.max_iterations = input.options.max_iterations, .loss = 2.0, .cost_tolerance = 1e-6, .uncertainty = false});
+  return {descent.placement(), solved.cost};
+}
+
+/// Whether base and points stand about where they do in another placement: others are metres or half turns away.
+bool ArmCalibration::same(const Placement& one, const Placement& other) const {
+  const double near = std::max(0.01, 20 * sigmas.position);
+  const Vector6 d = pose_difference(one.T_world_base, other.T_world_base);
+  return d.head<3>().norm() < near && d.tail<3>().norm() < 0.05 &&
+         (one.points.cols() == 0 || (one.points - other.points).colwise().norm().maxCoeff() < near);
+}
+
 double rms_distance(const ArmProblem& problem, std::size_t i, double sigma) {
   double squares = 0.0;
-  for (const fit::FitObservation o : problem.observations[i])
+  for (const fit::FitMeasurement o : problem.observations[i])
     squares += problem.fit.residuals(o).head<3>().squaredNorm() * sigma * sigma;
   return std::sqrt(squares / static_cast<double>(std::max<std::size_t>(1, problem.observations[i].size())));
 }
 
 double rms_pixel(const ArmProblem& problem, std::size_t i, double sigma) {
   double squares = 0.0, pixels = 0.0;
-  for (const fit::FitObservation o : problem.views[i]) {
+  for (const fit::FitMeasurement o : problem.views[i]) {
     const Eigen::VectorXd r = problem.fit.residuals(o);
     squares += r.squaredNorm() * sigma * sigma, pixels += static_cast<double>(r.size()) / 2;
   }
   return std::sqrt(squares / std::max(pixels, 1.0));
 }
 
-void write_parameters(const Calibration& calibration, KinematicsResult& out) {
+void write_parameters(const ArmCalibration& calibration, KinematicsResult& out) {
   const ArmProblem& problem = *calibration.problem;
   const fit::FitBlock nominal[] = {problem.arm, problem.joint_terms};
   std::vector<fit::FitBlock> others = {problem.base, problem.tool, problem.camera, problem.target};
@@ -342,15 +387,15 @@ void write_parameters(const Calibration& calibration, KinematicsResult& out) {
   others.insert(others.end(), problem.sockets.begin(), problem.sockets.end());
   const Eigen::VectorXd inflation =
       calibration.coordinate_dof.unaryExpr([](double dof) { return uncertainty::covariance_inflation(1, dof); });
-  cell_fit::ParameterReport report =
-      cell_fit::report_parameters(problem.fit, calibration.result, nominal, others, inflation);
+  pipeline::ParameterReport report =
+      pipeline::report_parameters(problem.fit, calibration.result, nominal, others, inflation);
   out.coordinates = std::move(report.parameters);
   out.covariance = std::move(report.covariance);
 }
 
 /// Why the measurements do not tell the arm and its uncertainty; empty when they do.
-std::string why_open(const Calibration& calibration) {
-  const fit::CellFitResult& result = calibration.result;
+std::string why_open(const ArmCalibration& calibration) {
+  const fit::Solution& result = calibration.result;
   if (calibration.least_dof < least_noise_dof)
     return "the measurements do not separate their noise from errors of the arm (" + std::to_string(result.residuals) +
            " numbers for " + std::to_string(result.coordinates.size()) +
@@ -363,7 +408,7 @@ std::string why_open(const Calibration& calibration) {
   return text + "; move every joint, over wide ranges";
 }
 
-void write_postures(const Calibration& calibration, const ArmProblem& nominal, double nominal_sigma,
+void write_postures(const ArmCalibration& calibration, const ArmProblem& nominal, double nominal_sigma,
                     KinematicsResult& out) {
   const Input& input = calibration.input;
   for (std::size_t i = 0; i < input.postures.size(); ++i) {
@@ -382,7 +427,7 @@ void write_postures(const Calibration& calibration, const ArmProblem& nominal, d
   }
 }
 
-void write_joint_terms(const Calibration& calibration, KinematicsResult& out) {
+void write_joint_terms(const ArmCalibration& calibration, KinematicsResult& out) {
   const ArmProblem& problem = *calibration.problem;
   if (!problem.joint_terms.exists()) return;
   const KinematicsOptions& options = calibration.input.options;
@@ -440,22 +485,9 @@ Pose KinematicsResult::flange(const Eigen::VectorXd& q, const Eigen::VectorXd& t
 KinematicsResult calibrate_kinematics(const kinematics::DhChain& nominal, std::span<const ArmPosture> postures,
                                       std::span<const SocketDistance> distances, const KinematicsOptions& options) {
   const Input input = checked_input(nominal, postures, distances, options);
-  Calibration calibration{input, std::vector<double>(postures.size(), 1.0)};
-  calibration.start = place(input, calibration.sigmas);
-  const Sigmas nominal_sigmas = calibration.sigmas;
-  const ArmProblem as_nominal(input, nominal_sigmas, calibration.start, false);
-  if (options.tolerance_length > 0) calibration.sigmas.length = options.tolerance_length;
-  if (options.tolerance_angle > 0) calibration.sigmas.angle = options.tolerance_angle;
-  for (int round = 0; round < 3; ++round) {  // a robust fit, whose scale shrinks with what it explains
-    calibration.fit(2.0);
-    robust_sigmas(*calibration.problem, calibration.sigmas);
-  }
-  if (options.sigma_position > 0) calibration.sigmas.position = options.sigma_position;
-  if (options.sigma_rotation > 0) calibration.sigmas.rotation = options.sigma_rotation;
-  if (options.sigma_pixel > 0) calibration.sigmas.pixel = options.sigma_pixel;
-  exclude_far(calibration);
-  calibration.find_sigmas();
-  calibration.name_outliers();
+  ArmCalibration calibration{input, std::vector<double>(postures.size(), 1.0)};
+  const auto rival = pipeline::run(calibration);
+  const ArmProblem as_nominal(input, calibration.nominal_sigmas, calibration.start, false);
 
   KinematicsResult out;
   const ArmProblem& problem = *calibration.problem;
@@ -477,12 +509,20 @@ KinematicsResult calibrate_kinematics(const kinematics::DhChain& nominal, std::s
   out.tolerance_angle = calibration.sigmas.angle;
   out.dof = calibration.dof;
   write_parameters(calibration, out);
-  write_postures(calibration, as_nominal, nominal_sigmas.position, out);
+  write_postures(calibration, as_nominal, calibration.nominal_sigmas.position, out);
   out.fit = calibration.result.fit;
   out.fit.iterations = calibration.iterations;
   if (const std::string open = why_open(calibration); !open.empty()) {
     out.fit.status = FitStatus::Degenerate;
     out.fit.message = open;
+  }
+  if (rival)
+    out.second = pipeline::second_minimum(out.T_world_base, rival->at.T_world_base, rival->best_cost, rival->cost,
+                                          calibration.dof);
+  if (out.second && out.second->probability > pipeline::undecided && out.fit.usable()) {
+    out.fit.status = FitStatus::Degenerate;
+    out.fit.message = "two places of the arm explain the measurements: " + pipeline::second_text(*out.second) +
+                      "; measure more postures, or state where the base is";
   }
   return out;
 }

@@ -11,13 +11,16 @@
 #include <kr5/core/error.hpp>
 #include <kr5/core/linear.hpp>
 #include <kr5/core/statistics.hpp>
+#include <kr5/fit/variance_component.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 
-#include "calibration/cell_fit/parameter_report.hpp"
-#include "calibration/cell_fit/sound_probability.hpp"
-#include "calibration/cell_fit/variance_component.hpp"
+#include "calibration/pipeline/parameter_report.hpp"
+#include "calibration/pipeline/pipeline.hpp"
+#include "calibration/pipeline/second_minimum.hpp"
+#include "calibration/pipeline/sound_probability.hpp"
 #include "calibration/scanner/scanner_causes.hpp"
 #include "calibration/scanner/scanner_problem.hpp"
+#include "calibration/scanner/scanner_search.hpp"
 #include "calibration/scanner/scanner_start.hpp"
 
 namespace kr5::calibration {
@@ -88,20 +91,33 @@ ScannerInput checked_scanner_input(std::span<const ScannerView> views, std::span
 }
 
 struct ScannerComponents {
-  cell_fit::VarianceComponent position, across, length, angle;
+  fit::VarianceComponent position, across, length, angle;
   double redundancy = 0.0;
 };
 
-/// The calibration while it goes on.
+/// The calibration while it goes on, in the stages of the pipeline.
 struct ScannerCalibration {
+  using Place = ScannerPlacement;
+
   const ScannerInput& input;
-  ScannerSigmas sigmas;
-  ScannerPlacement start;
   std::vector<double> weights;
-  std::optional<ScannerProblem> problem;
-  fit::CellFitResult result;
+  ScannerSigmas sigmas = {};
+  ScannerPlacement start = {};
+  std::optional<ScannerProblem> problem = {};
+  fit::Solution result = {};
   bool across_apart = false;
   int iterations = 0;
+
+  std::vector<ScannerPlacement> starts() const;
+  pipeline::Minimum<ScannerPlacement> descend(const ScannerPlacement& from) const;
+  void begin(const ScannerPlacement& place);
+  std::size_t fewest() const {
+    return static_cast<std::size_t>(std::ceil(sound_profiles * static_cast<double>(weights.size())));
+  }
+  double false_alarm() const { return input.options.outlier_false_alarm; }
+  ScannerPlacement place() const { return problem->placement(input); }
+  pipeline::Minimum<ScannerPlacement> revisit(const ScannerPlacement& from) const;
+  bool same(const ScannerPlacement& one, const ScannerPlacement& other) const;
 
   void fit(double loss = 0.0) {
     ScannerProblem next(input, sigmas, problem ? problem->placement(input) : start);
@@ -116,7 +132,7 @@ struct ScannerCalibration {
   void exclude_far_profiles();
   ScannerComponents components() const;
   bool update_sigmas();
-  void find_sigmas() {
+  void find_noise() {
     for (int round = 0; round < sigma_rounds; ++round) {
       fit();
       if (!update_sigmas()) break;
@@ -124,8 +140,8 @@ struct ScannerCalibration {
   }
   double dof() const { return std::max(1.0, components().redundancy); }
   double probability(std::size_t i, double degrees) const {
-    const fit::CellFit::Agreement agreement = problem->fit.agreement(problem->observations[i]);
-    return cell_fit::sound_probability(agreement.squared_distance, agreement.dof, weights[i] > 0,
+    const fit::Agreement agreement = result.agreement(problem->fit, problem->observations[i]);
+    return pipeline::sound_probability(agreement.squared_distance, agreement.dof, weights[i] > 0,
                                        input.options.sigma_position > 0 ? uncertainty::known_noise : degrees);
   }
   std::vector<double> probabilities() const {
@@ -162,7 +178,7 @@ ScannerComponents ScannerCalibration::components() const {
   ScannerComponents out;
   for (std::size_t i = 0; i < weights.size(); ++i) {
     if (!(weights[i] > 0)) continue;
-    const fit::CellFit::Agreement agreement = problem->fit.agreement(problem->observations[i]);
+    const fit::Agreement agreement = result.agreement(problem->fit, problem->observations[i]);
     const bool tip = input.views[i].feature.kind == ScanTargetKind::Tip;
     for (Eigen::Index k = 0; k < agreement.residuals.size(); ++k) {
       // A residual tells of the error of the profile as far as its variance comes from there.
@@ -173,7 +189,8 @@ ScannerComponents ScannerCalibration::components() const {
     }
   }
   if (!input.arm) return out;
-  const Eigen::VectorXd change = problem->fit.change(problem->arm), share = problem->fit.prior_redundancy(problem->arm);
+  const Eigen::VectorXd change = problem->fit.change(problem->arm),
+                        share = result.prior_redundancy(problem->fit, problem->arm);
   for (Eigen::Index k = 0; k < change.size(); ++k) {
     const bool length = k % 5 == 0 || k % 5 == 2;
     (length ? out.length : out.angle).add(change[k] / (length ? sigmas.length : sigmas.angle), share[k]);
@@ -198,27 +215,63 @@ bool ScannerCalibration::update_sigmas() {
   return moving;
 }
 
-/// The start from which a robust fit explains most.
-void choose_start(ScannerCalibration& calibration) {
-  const ScannerInput& input = calibration.input;
-  double least = std::numeric_limits<double>::infinity();
-  ScannerPlacement best;
-  for (const Pose& T : scanner_starts(input)) {
-    const ScannerPlacement placement = place_targets(input, T);
-    ScannerSigmas sigmas;
-    sigmas.position = sigmas.across = std::max(median_distance(input, T), 1e-5);
-    ScannerProblem problem(input, sigmas, placement);
-    if (input.arm) problem.fit.hold(problem.arm);
-    problem.fit.solve({.max_iterations = 50, .loss = 2.0, .uncertainty = false});
-    std::vector<double> sizes;
-    for (std::size_t i = 0; i < input.views.size(); ++i) sizes.push_back(problem.distance(i));
-    const double cost = median(sizes);
-    if (!(cost < least)) continue;
-    least = cost;
-    best = problem.placement(input);
-  }
-  calibration.start = best;
-  calibration.sigmas.position = calibration.sigmas.across = std::max(least, least_error);
+double median_size(const ScannerProblem& problem, std::size_t views) {
+  std::vector<double> sizes;
+  for (std::size_t i = 0; i < views; ++i) sizes.push_back(problem.distance(i));
+  return median(sizes);
+}
+
+/// Closed forms, and where a search from rotations all over ended.
+std::vector<ScannerPlacement> ScannerCalibration::starts() const {
+  std::vector<ScannerPlacement> out;
+  for (const Pose& T : scanner_starts(input)) out.push_back(place_targets(input, T));
+  for (const Pose& T : searched_poses(input)) out.push_back(place_targets(input, T));
+  return out;
+}
+
+/// A robust fit of scanner and targets; the cost is the median distance.
+pipeline::Minimum<ScannerPlacement> ScannerCalibration::descend(const ScannerPlacement& from) const {
+  ScannerSigmas rough;
+  rough.position = rough.across = std::max(median_distance(input, from.T_flange_scanner), 1e-5);
+  ScannerProblem descent(input, rough, from);
+  if (input.arm) descent.fit.hold(descent.arm);
+  descent.fit.solve({.max_iterations = 50, .loss = 2.0, .uncertainty = false});
+  return {descent.placement(input), median_size(descent, input.views.size())};
+}
+
+/// A robust fit from there, whose noise is what the profiles show of it, unless it is given.
+void ScannerCalibration::begin(const ScannerPlacement& place) {
+  const ScannerOptions& options = input.options;
+  problem.reset();
+  start = place;
+  weights.assign(weights.size(), 1.0);
+  sigmas = {};
+  const ScannerProblem there(input, sigmas, place);
+  sigmas.position = sigmas.across = std::max(median_size(there, weights.size()), least_error);
+  sigmas.rotation = options.sigma_rotation;
+  if (options.tolerance_length > 0) sigmas.length = options.tolerance_length;
+  if (options.tolerance_angle > 0) sigmas.angle = options.tolerance_angle;
+  robust_fit();
+  if (options.sigma_position > 0) sigmas.position = sigmas.across = options.sigma_position;
+  if (options.sigma_across > 0) sigmas.across = options.sigma_across;
+  exclude_far_profiles();
+}
+
+/// All profiles, robust, with the noise that was found.
+pipeline::Minimum<ScannerPlacement> ScannerCalibration::revisit(const ScannerPlacement& from) const {
+  ScannerProblem descent(input, sigmas, from);
+  const double cost =
+      descent.fit.solve({.max_iterations = input.options.max_iterations, .loss = 2.0, .uncertainty = false}).cost;
+  return {descent.placement(input), cost};
+}
+
+/// Whether two poses lie within what the profiles leave open anyway.
+bool ScannerCalibration::same(const ScannerPlacement& one, const ScannerPlacement& other) const {
+  Matrix6 C = pipeline::covariance_of_pose(result, problem->scanner, result.covariance);
+  if (!C.allFinite()) return true;  // no pose is determined
+  C.diagonal().head<3>().array() += 1e-10, C.diagonal().tail<3>().array() += 1e-8;
+  const Vector6 d = pose_difference(one.T_flange_scanner, other.T_flange_scanner);
+  return d.dot(C.ldlt().solve(d)) < uncertainty::chi_square_quantile(1 - 1e-6, 6);
 }
 
 /// Predicts each part of the profiles from the others.
@@ -257,12 +310,12 @@ void write_scanner_parameters(const ScannerCalibration& calibration, ScannerResu
   std::vector<fit::FitBlock> others = {problem.scanner};
   others.insert(others.end(), problem.targets.begin(), problem.targets.end());
   others.insert(others.end(), problem.radii.begin(), problem.radii.end());
-  cell_fit::ParameterReport report = cell_fit::report_parameters(
-      problem.fit, calibration.result, nominal, others, cell_fit::same_inflation(calibration.result, 1, out.dof));
+  pipeline::ParameterReport report = pipeline::report_parameters(
+      problem.fit, calibration.result, nominal, others, pipeline::same_inflation(calibration.result, 1, out.dof));
   out.coordinates = std::move(report.parameters);
   out.joint_covariance = std::move(report.covariance);
   out.covariance = uncertainty::covariance_inflation(6, out.dof) *
-                   cell_fit::covariance_of_pose(problem.fit, problem.scanner, calibration.result.covariance);
+                   pipeline::covariance_of_pose(calibration.result, problem.scanner, calibration.result.covariance);
 }
 
 void write_scanner_views(const ScannerCalibration& calibration, ScannerResult& out) {
@@ -321,6 +374,17 @@ void judge_determination(const ScannerInput& input, ScannerResult& out) {
                                         : "; " + out.causes.back().text + "; " + out.causes.back().remedy;
 }
 
+/// Tells another pose that is near the result in its cost, and refuses both where they cannot be told apart.
+void judge_rival(const ScannerCalibration& calibration, const pipeline::Rival<ScannerPlacement>& rival,
+                 ScannerResult& out) {
+  out.second = pipeline::second_minimum(calibration.place().T_flange_scanner, rival.at.T_flange_scanner,
+                                        rival.best_cost, rival.cost, out.dof);
+  if (!out.second || out.second->probability < pipeline::undecided || !out.fit.usable()) return;
+  out.fit.status = FitStatus::Degenerate;
+  out.fit.message = "two poses of the scanner explain the profiles: " + pipeline::second_text(*out.second) + "; " +
+                    missing_variety(calibration.input);
+}
+
 }  // namespace
 
 void ScannerOptions::validate() const {
@@ -340,23 +404,11 @@ void ScannerOptions::validate() const {
 ScannerResult calibrate_scanner(std::span<const ScannerView> views, std::span<const ScanTarget> targets,
                                 const ScannerOptions& options, const std::optional<kinematics::DhChain>& arm) {
   const ScannerInput input = checked_scanner_input(views, targets, options, arm);
-  ScannerCalibration calibration{input, {}, {}, std::vector<double>(views.size(), 1.0), {}, {}, false, 0};
+  ScannerCalibration calibration{input, std::vector<double>(views.size(), 1.0)};
   const auto tips = std::count_if(views.begin(), views.end(),
                                   [](const ScannerView& v) { return v.feature.kind == ScanTargetKind::Tip; });
   calibration.across_apart = tips >= tips_for_across && !(options.sigma_position > 0 && !(options.sigma_across > 0));
-  choose_start(calibration);
-  calibration.sigmas.rotation = options.sigma_rotation;
-  if (options.tolerance_length > 0) calibration.sigmas.length = options.tolerance_length;
-  if (options.tolerance_angle > 0) calibration.sigmas.angle = options.tolerance_angle;
-  calibration.robust_fit();
-  if (options.sigma_position > 0) calibration.sigmas.position = calibration.sigmas.across = options.sigma_position;
-  if (options.sigma_across > 0) calibration.sigmas.across = options.sigma_across;
-  calibration.exclude_far_profiles();
-  calibration.find_sigmas();
-  const auto fewest = static_cast<std::size_t>(std::ceil(sound_profiles * static_cast<double>(views.size())));
-  cell_fit::settle_outliers(
-      calibration.weights, options.outlier_false_alarm, fewest, [&] { return calibration.probabilities(); },
-      [&] { calibration.find_sigmas(); });
+  const auto rival = pipeline::run(calibration);
 
   ScannerResult out;
   const ScannerProblem& problem = *calibration.problem;
@@ -373,6 +425,7 @@ ScannerResult calibrate_scanner(std::span<const ScannerView> views, std::span<co
   write_scanner_views(calibration, out);
   write_targets(calibration, out);
   judge_determination(input, out);
+  if (rival) judge_rival(calibration, *rival, out);
   find_data_causes(input, calibration.weights, out);
   if (out.fit.usable()) leave_out(calibration, out);
   return out;

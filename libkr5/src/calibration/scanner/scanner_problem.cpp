@@ -6,8 +6,11 @@
 #include <limits>
 
 #include <Eigen/Dense>
+#include <kr5/fit/measurements/plane_profile.hpp>
+#include <kr5/fit/measurements/position.hpp>
+#include <kr5/fit/measurements/sphere_section.hpp>
 
-#include "calibration/cell_fit/arm_prior.hpp"
+#include "calibration/pipeline/arm_prior.hpp"
 
 namespace kr5::calibration::scanner_problem {
 namespace {
@@ -74,7 +77,7 @@ Eigen::MatrixXd residual_covariance(const ScannerInput& input, std::size_t view,
 }
 
 /// The block of a target: held where it is known, with a prior where it is known with a tolerance.
-fit::FitBlock add_target(fit::CellFit& fit, const ScanTarget& target, const TargetPlacement& at) {
+fit::FitBlock add_target(fit::Problem& fit, const ScanTarget& target, const TargetPlacement& at) {
   if (target.kind == ScanTargetKind::Plane) {
     const fit::FitBlock plane = fit.add_pose(target.name, at.T_base_plane);
     for (const int own : {0, 1, 5}) fit.hold(plane, own);  // motions in the plane change nothing
@@ -105,12 +108,12 @@ ScannerProblem::ScannerProblem(const ScannerInput& input, const ScannerSigmas& s
                                const ScannerPlacement& placement) {
   if (input.arm) {
     arm = fit.add_arm("arm", *input.arm);
-    cell_fit::free_arm(fit, arm, *input.arm, sigmas.length, sigmas.angle);
+    pipeline::free_arm(fit, arm, *input.arm, sigmas.length, sigmas.angle);
   }
   static_cast<ScannerBlocks&>(*this) = add_scanner(fit, arm, input, sigmas, placement);
 }
 
-ScannerBlocks add_scanner(fit::CellFit& fit, fit::FitBlock arm, const ScannerInput& input, const ScannerSigmas& sigmas,
+ScannerBlocks add_scanner(fit::Problem& fit, fit::FitBlock arm, const ScannerInput& input, const ScannerSigmas& sigmas,
                           const ScannerPlacement& placement) {
   ScannerBlocks out;
   out.scanner = fit.add_pose("scanner", placement.T_flange_scanner);
@@ -141,25 +144,26 @@ ScannerBlocks add_scanner(fit::CellFit& fit, fit::FitBlock arm, const ScannerInp
     to_plane.then(out.scanner);
     switch (feature.kind) {
       case ScanTargetKind::Tip:
-        out.observations.push_back(fit.observe_position(to_scanner, out.targets[at], in_scanner(feature.points.col(0)),
-                                                        Eigen::Matrix3d(covariance)));
+        out.observations.push_back(fit.add(fit::PositionMeasurement(
+            to_scanner, out.targets[at], in_scanner(feature.points.col(0)), Eigen::Matrix3d(covariance))));
         break;
       case ScanTargetKind::Sphere:
-        out.observations.push_back(fit.observe_sphere_section(
-            to_scanner, out.targets[at], placement.targets[at].radius,
-            {feature.points(0, 0), feature.points(1, 0), feature.radius}, covariance, out.radii[at]));
+        out.observations.push_back(fit.add(fit::SphereSectionMeasurement(
+            to_scanner, out.targets[at],
+            out.radii[at].exists() ? fit::FitNumber(out.radii[at]) : fit::FitNumber(placement.targets[at].radius),
+            {feature.points(0, 0), feature.points(1, 0), feature.radius}, covariance)));
         break;
       case ScanTargetKind::Plane:
         Eigen::Matrix3Xd points(3, 2);
         points << in_scanner(feature.points.col(0)), in_scanner(feature.points.col(1));
-        out.observations.push_back(fit.observe_on_plane(to_plane, points, covariance));
+        out.observations.push_back(fit.add(fit::PlaneProfileMeasurement(to_plane, points, covariance)));
         break;
     }
   }
   return out;
 }
 
-void ScannerBlocks::begin_at(fit::CellFit& fit, const ScannerBlocks& others, const fit::CellFit& of_others) const {
+void ScannerBlocks::begin_at(fit::Problem& fit, const ScannerBlocks& others, const fit::Problem& of_others) const {
   fit.begin_at(scanner, of_others.values(others.scanner));
   for (std::size_t k = 0; k < targets.size(); ++k) {
     fit.begin_at(targets[k], of_others.values(others.targets[k]));

@@ -4,9 +4,10 @@
 #include <vector>
 
 #include <kr5/calibration/scanner.hpp>
+#include <kr5/fit/problem.hpp>
 
 /// @file
-/// Private: the cell fit of a scanner calibration, built anew for each set of standard deviations.
+/// Private: the fit of a scanner calibration, built anew for each set of standard deviations.
 
 namespace kr5::calibration::scanner_problem {
 
@@ -44,26 +45,26 @@ struct ScannerInput {
 /// A point of a profile in the frame of the scanner.
 inline Eigen::Vector3d in_scanner(const Eigen::Vector2d& point) { return {point.x(), 0.0, point.y()}; }
 
-/// What the profiles are in a cell fit.
+/// What the profiles are in a fit.
 struct ScannerBlocks {
   fit::FitBlock scanner;
   std::vector<fit::FitBlock> targets;  ///< Points, poses of planes.
   std::vector<fit::FitBlock> radii;
-  std::vector<fit::FitObservation> observations;  ///< By view.
+  std::vector<fit::FitMeasurement> observations;  ///< By view.
   std::vector<Eigen::MatrixXd> factors;           ///< By view, L with L L' the covariance of its residuals.
   std::vector<Eigen::VectorXd> shares;  ///< By view and residual, of the error of the profile in its variance.
 
   /// Begins where others ended.
-  void begin_at(fit::CellFit& fit, const ScannerBlocks& others, const fit::CellFit& of_others) const;
+  void begin_at(fit::Problem& fit, const ScannerBlocks& others, const fit::Problem& of_others) const;
 };
 
 /// Adds scanner, targets and profiles to a fit; with `arm` the flange is where its parameters put it. Covariances of
 /// the residuals hold at `placement`.
-ScannerBlocks add_scanner(fit::CellFit& fit, fit::FitBlock arm, const ScannerInput& input, const ScannerSigmas& sigmas,
+ScannerBlocks add_scanner(fit::Problem& fit, fit::FitBlock arm, const ScannerInput& input, const ScannerSigmas& sigmas,
                           const ScannerPlacement& placement);
 
 struct ScannerProblem : ScannerBlocks {
-  fit::CellFit fit;
+  fit::Problem fit;
   fit::FitBlock arm;
 
   /// Covariances of the residuals hold at `placement`.

@@ -10,7 +10,8 @@
 #include <Eigen/Dense>
 
 #include <kr5/core/statistics.hpp>
-#include <kr5/fit/cell_fit.hpp>
+#include <kr5/fit/measurements/pose.hpp>
+#include <kr5/fit/problem.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 
 #include "calibration/hand_eye/closed_form.hpp"
@@ -77,7 +78,7 @@ double weighted_rms(const std::vector<Row>& rows, const Matrix6& S, double tail)
   return std::sqrt(sum / static_cast<double>(rows.size()));
 }
 
-/// The cell fit of all camera poses.
+/// The fit of all camera poses.
 class StreamFit {
  public:
   StreamFit(const Trajectory& hand, const PoseStream& camera, const Estimate& start)
@@ -87,9 +88,9 @@ class StreamFit {
     // While the offset moves, a pose at an end of the stream or a gap must not stop it.
     const fit::PosePath path = [&hand](double t) { return std::optional(hand.extended(t)); };
     for (std::size_t k = 0; k < camera.t.size(); ++k)
-      seen_.push_back(
-          fit_.observe_pose(fit::PoseChain().then_inverse(Z_).then_path(path, camera.t[k], offset_).then(X_),
-                            camera.poses[k], Matrix6(Matrix6::Identity())));
+      seen_.push_back(fit_.add(
+          fit::PoseMeasurement(fit::PoseChain().then_inverse(Z_).then_path(path, camera.t[k], offset_).then(X_),
+                               camera.poses[k], Matrix6(Matrix6::Identity()))));
   }
 
   /// Perturbs the estimate from the right.
@@ -109,10 +110,10 @@ class StreamFit {
     // The covariance moves between two solves, so that one step is enough; where it fails, shorter ones are tried.
     for (const int steps : {1, most_steps}) {
       // The Cauchy loss of this scale, by residual, is the t distribution's, but for a factor.
-      const fit::CellFitResult result = fit_.solve({.max_iterations = steps,
-                                                    .loss = std::sqrt(tail / 6),
-                                                    .cost_tolerance = 1e-8 / static_cast<double>(rows.size()),
-                                                    .uncertainty = false});
+      const fit::Solution result = fit_.solve({.max_iterations = steps,
+                                               .loss = std::sqrt(tail / 6),
+                                               .cost_tolerance = 1e-8 / static_cast<double>(rows.size()),
+                                               .uncertainty = false});
       const double dof = std::max(1.0, static_cast<double>(result.residuals - unknowns));
       const double lowered = dof * (std::pow(result.fit.initial_rms, 2) - std::pow(result.fit.final_rms, 2));
       if (result.fit.usable() && (lowered > 0 || result.fit.status == FitStatus::Converged))
@@ -138,16 +139,16 @@ class StreamFit {
 
  private:
   void set_rows(const std::vector<Row>& rows, const Matrix6& S) {
-    for (const fit::FitObservation o : seen_) fit_.set_weight(o, 0.0);
+    for (const fit::FitMeasurement o : seen_) fit_.set_weight(o, 0.0);
     for (const Row& row : rows) {
       fit_.set_weight(seen_[row.index], 1.0);
       fit_.set_covariance(seen_[row.index], S);
     }
   }
 
-  fit::CellFit fit_;
+  fit::Problem fit_;
   fit::FitBlock X_, Z_, offset_;
-  std::vector<fit::FitObservation> seen_;
+  std::vector<fit::FitMeasurement> seen_;
 };
 
 using WhitenedRows = std::vector<StreamFit::Whitened>;

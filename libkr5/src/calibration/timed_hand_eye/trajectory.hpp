@@ -4,7 +4,7 @@
 #include <optional>
 
 #include <kr5/calibration/timed_hand_eye.hpp>
-#include <kr5/fit/cell_fit.hpp>
+#include <kr5/fit/pose_chain.hpp>
 
 /// @file
 /// A pose stream as a function of time.

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include <Eigen/Cholesky>
+#include <kr5/fit/measurements/pixels.hpp>
 
 namespace kr5::vision::detail {
 namespace {
@@ -46,8 +47,8 @@ CameraAdjustment::CameraAdjustment(const CameraProblem& problem, const CameraMod
     poses_.push_back(fit_.add_nuisance_pose(view.name, state_.poses[i]));
     fit::FitDeformation deformation;
     if (shape_.exists()) deformation = {shape_, displacements(problem.plane, view.points)};
-    views_.push_back(
-        fit_.observe_pixels(fit::PoseChain().then(poses_[i]), camera_, view.points, view.pixels, 1.0, deformation));
+    views_.push_back(fit_.add(
+        fit::PixelMeasurement(fit::PoseChain().then(poses_[i]), camera_, view.points, view.pixels, 1.0, deformation)));
   }
 }
 
@@ -55,13 +56,13 @@ void CameraAdjustment::set_weights(const Weights& weights) {
   for (std::size_t i = 0; i < views_.size(); ++i) {
     used_[i] = weights[i].size() > 0;
     fit_.set_weight(views_[i], used_[i] ? 1.0 : 0.0);
-    if (used_[i]) fit_.set_pixel_sigmas(views_[i], sigmas_of(weights[i]));
+    if (used_[i]) fit_.measurement<fit::PixelMeasurement>(views_[i]).set_sigmas(sigmas_of(weights[i]));
   }
 }
 
 void CameraAdjustment::minimise() {
   if (!fit_.any_free()) return;  // no view is left
-  const fit::CellFitResult result =
+  const fit::Solution result =
       fit_.solve({.max_iterations = max_iterations_, .cost_tolerance = least_decrease, .uncertainty = false});
   cost_ = result.cost;
   iterations_ += result.fit.iterations;
@@ -90,12 +91,12 @@ std::vector<ViewEquations> CameraAdjustment::equations() const {
 ViewPose fit_pose(const CameraProblem& problem, const CameraState& state, std::size_t view,
                   const Eigen::VectorXd& weights) {
   const View& v = problem.views[view];
-  fit::CellFit fit;
+  fit::Problem fit;
   const fit::FitBlock camera = fit.add_camera("camera", state.camera), pose = fit.add_pose(v.name, state.poses[view]);
   fit.hold(camera);
-  const fit::FitObservation pixels = fit.observe_pixels(
-      fit::PoseChain().then(pose), camera, bent_points(problem.plane, state.shape, v.points), v.pixels, 1.0);
-  fit.set_pixel_sigmas(pixels, sigmas_of(weights));
+  const fit::FitMeasurement pixels = fit.add(fit::PixelMeasurement(
+      fit::PoseChain().then(pose), camera, bent_points(problem.plane, state.shape, v.points), v.pixels, 1.0));
+  fit.measurement<fit::PixelMeasurement>(pixels).set_sigmas(sigmas_of(weights));
   fit.solve({.max_iterations = problem.max_iterations, .cost_tolerance = least_decrease, .uncertainty = false});
   return {fit.pose(pose), fit.derivatives(pixels)};
 }

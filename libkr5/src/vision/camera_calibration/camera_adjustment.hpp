@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include <kr5/fit/cell_fit.hpp>
+#include <kr5/fit/problem.hpp>
 #include <kr5/geometry/pose.hpp>
 
 #include "vision/camera_calibration/camera_model.hpp"
@@ -49,7 +49,7 @@ struct CameraProblem {
 /// Seen minus predicted; empty when a point lies outside the range of the lens model, as behind the camera.
 Eigen::Matrix2Xd residuals(const CameraProblem& problem, const CameraState& state, std::size_t view);
 
-/// Camera, poses of the views and shape of the target as a CellFit.
+/// Camera, poses of the views and shape of the target as a Problem.
 class CameraAdjustment {
  public:
   CameraAdjustment(const CameraProblem& problem, const CameraModel& model, const CameraState& start);
@@ -66,10 +66,10 @@ class CameraAdjustment {
   bool converged() const { return converged_; }
 
  private:
-  fit::CellFit fit_;
+  fit::Problem fit_;
   fit::FitBlock camera_, shape_;
   std::vector<fit::FitBlock> poses_;
-  std::vector<fit::FitObservation> views_;
+  std::vector<fit::FitMeasurement> views_;
   std::vector<bool> used_;
   CameraState state_;
   double cost_ = 0.0;
@@ -80,7 +80,7 @@ class CameraAdjustment {
 /// Pose of one view under a known camera, by weighted least squares.
 struct ViewPose {
   Pose T_camera_target = Pose::Identity();
-  std::optional<fit::CellFit::Derivatives> derivatives;  ///< By the pose, over the standard deviations.
+  std::optional<fit::MeasurementDerivatives> derivatives;  ///< By the pose, over the standard deviations.
 };
 ViewPose fit_pose(const CameraProblem& problem, const CameraState& state, std::size_t view,
                   const Eigen::VectorXd& weights);

@@ -5,24 +5,24 @@
 #include <cmath>
 
 /// @file
-/// Private: a variance component of a cell fit, by Förstner's estimate.
+/// A variance component of a fit, by Förstner's estimate.
 
-namespace kr5::calibration::cell_fit {
+namespace kr5::fit {
 
 /// A sum of squared residuals, over their assumed standard deviations, and the share of them that is not fitted.
 struct VarianceComponent {
-  double squares = 0.0;
-  double redundancy = 0.0;
+  double squares = 0.0;     ///< [-]
+  double redundancy = 0.0;  ///< [-]
 
   void add(double residual, double share) { squares += residual * residual, redundancy += share; }
   void add(const VarianceComponent& other) { squares += other.squares, redundancy += other.redundancy; }
   /// Variance over the assumed one: 1 when that was right.
   double variance() const { return redundancy > 0 ? squares / redundancy : 1.0; }
-  /// Moves an assumed standard deviation to the estimated one, at least `least`; whether it moved more than 2 %.
-  bool update(double& sigma, double least) const {
+  /// Moves an assumed standard deviation to the estimated one, at least `min_sigma`; whether it moved more than 2 %.
+  bool update(double& sigma, double min_sigma) const {
     if (redundancy < 1e-6) return false;
     const double before = sigma;
-    sigma = std::max(least, sigma * std::sqrt(variance()));
+    sigma = std::max(min_sigma, sigma * std::sqrt(variance()));
     return std::abs(std::log(sigma / before)) > settled;
   }
 
@@ -30,4 +30,4 @@ struct VarianceComponent {
   static constexpr double settled = 0.02;
 };
 
-}  // namespace kr5::calibration::cell_fit
+}  // namespace kr5::fit

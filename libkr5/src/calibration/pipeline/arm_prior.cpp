@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "calibration/cell_fit/arm_prior.hpp"
+#include "calibration/pipeline/arm_prior.hpp"
 
 #include <cmath>
 
-namespace kr5::calibration::cell_fit {
+namespace kr5::calibration::pipeline {
 
-void free_arm(fit::CellFit& fit, fit::FitBlock arm, const kinematics::DhChain& nominal, double length, double angle) {
+void free_arm(fit::Problem& fit, fit::FitBlock arm, const kinematics::DhChain& nominal, double length, double angle) {
   constexpr double near_parallel = 0.1;  // sine of the angle below which two axes get beta
   const std::size_t joints = nominal.joints.size();
   Eigen::VectorXd prior(static_cast<Eigen::Index>(5 * joints));
@@ -17,4 +17,4 @@ void free_arm(fit::CellFit& fit, fit::FitBlock arm, const kinematics::DhChain& n
   fit.set_prior(arm, prior);
 }
 
-}  // namespace kr5::calibration::cell_fit
+}  // namespace kr5::calibration::pipeline

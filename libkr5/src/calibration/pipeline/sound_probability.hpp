@@ -6,12 +6,12 @@
 #include <vector>
 
 /// @file
-/// Private: the test by which calibrations on a cell fit name outliers.
+/// Private: the test by which calibrations on a fit name outliers.
 
-namespace kr5::calibration::cell_fit {
+namespace kr5::calibration::pipeline {
 
 /// Probability that a sound measurement of so many rows lies at such a squared distance from what the others say (see
-/// CellFit::Agreement); 0 for one the model cannot show. `used`: it took part in the fit, and so in the estimate of the
+/// fit::Agreement); 0 for one the model cannot show. `used`: it took part in the fit, and so in the estimate of the
 /// noise, of `dof` degrees of freedom or uncertainty::known_noise.
 double sound_probability(double squared_distance, double rows, bool used, double dof);
 
@@ -21,4 +21,4 @@ double sound_probability(double squared_distance, double rows, bool used, double
 void settle_outliers(std::vector<double>& weights, double false_alarm, std::size_t fewest,
                      const std::function<std::vector<double>()>& probabilities, const std::function<void()>& refit);
 
-}  // namespace kr5::calibration::cell_fit
+}  // namespace kr5::calibration::pipeline

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "calibration/cell_fit/parameter_report.hpp"
+#include "calibration/pipeline/parameter_report.hpp"
 
 #include <cmath>
 #include <set>
 
 #include <kr5/uncertainty/confidence.hpp>
 
-namespace kr5::calibration::cell_fit {
+namespace kr5::calibration::pipeline {
 namespace {
 
-void report_block(const fit::CellFit& fit, fit::FitBlock block, bool from_nominal,
+void report_block(const fit::Problem& fit, const fit::Solution& result, fit::FitBlock block, bool from_nominal,
                   std::vector<EstimatedParameter>& parameters) {
   if (!block.exists()) return;
-  const std::vector<int> places = fit.coordinates(block);
+  const std::vector<int> places = result.places(block);
   const Eigen::VectorXd change = fit.change(block), values = fit.values(block);
   const bool pose = values.size() != change.size();
   for (std::size_t k = 0; k < places.size(); ++k) {
@@ -26,15 +26,15 @@ void report_block(const fit::CellFit& fit, fit::FitBlock block, bool from_nomina
 
 }  // namespace
 
-ParameterReport report_parameters(const fit::CellFit& fit, const fit::CellFitResult& result,
+ParameterReport report_parameters(const fit::Problem& fit, const fit::Solution& result,
                                   std::span<const fit::FitBlock> nominal, std::span<const fit::FitBlock> others,
                                   const Eigen::VectorXd& inflation) {
   ParameterReport out;
   const Eigen::VectorXd wider = inflation.cwiseSqrt();
   out.covariance = wider.asDiagonal() * result.covariance * wider.asDiagonal();
   out.parameters.resize(result.coordinates.size());
-  for (const fit::FitBlock block : nominal) report_block(fit, block, true, out.parameters);
-  for (const fit::FitBlock block : others) report_block(fit, block, false, out.parameters);
+  for (const fit::FitBlock block : nominal) report_block(fit, result, block, true, out.parameters);
+  for (const fit::FitBlock block : others) report_block(fit, result, block, false, out.parameters);
   std::set<std::string> unknown;
   for (const fit::UnidentifiableDirection& direction : result.unidentifiable)
     unknown.insert(direction.coordinates.begin(), direction.coordinates.end());
@@ -51,13 +51,13 @@ ParameterReport report_parameters(const fit::CellFit& fit, const fit::CellFitRes
   return out;
 }
 
-Eigen::VectorXd same_inflation(const fit::CellFitResult& result, double numbers, double dof) {
+Eigen::VectorXd same_inflation(const fit::Solution& result, double numbers, double dof) {
   return Eigen::VectorXd::Constant(static_cast<Eigen::Index>(result.coordinates.size()),
                                    uncertainty::covariance_inflation(numbers, dof));
 }
 
-Matrix6 covariance_of_pose(const fit::CellFit& fit, fit::FitBlock pose, const Eigen::MatrixXd& covariance) {
-  const std::vector<int> places = fit.coordinates(pose);
+Matrix6 covariance_of_pose(const fit::Solution& solution, fit::FitBlock pose, const Eigen::MatrixXd& covariance) {
+  const std::vector<int> places = solution.places(pose);
   Matrix6 out = Matrix6::Zero();
   for (std::size_t r = 0; r < 6; ++r)
     for (std::size_t c = 0; c < 6; ++c)
@@ -66,4 +66,4 @@ Matrix6 covariance_of_pose(const fit::CellFit& fit, fit::FitBlock pose, const Ei
   return out;
 }
 
-}  // namespace kr5::calibration::cell_fit
+}  // namespace kr5::calibration::pipeline

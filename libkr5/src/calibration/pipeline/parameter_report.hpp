@@ -5,12 +5,12 @@
 #include <vector>
 
 #include <kr5/calibration/estimated_parameter.hpp>
-#include <kr5/fit/cell_fit.hpp>
+#include <kr5/fit/problem.hpp>
 
 /// @file
-/// Private: the numbers of a cell fit as a result shows them.
+/// Private: the numbers of a fit as a result shows them.
 
-namespace kr5::calibration::cell_fit {
+namespace kr5::calibration::pipeline {
 
 struct ParameterReport {
   std::vector<EstimatedParameter> parameters;
@@ -19,15 +19,15 @@ struct ParameterReport {
 
 /// Of a solved fit. Blocks of `nominal` began at a nominal value, all others at a guess; a pose is told by its change.
 /// Each variance is multiplied by its `inflation`, a covariance by the geometric mean of two.
-ParameterReport report_parameters(const fit::CellFit& fit, const fit::CellFitResult& result,
+ParameterReport report_parameters(const fit::Problem& fit, const fit::Solution& result,
                                   std::span<const fit::FitBlock> nominal, std::span<const fit::FitBlock> others,
                                   const Eigen::VectorXd& inflation);
 
 /// That of each coordinate where one noise, with `dof` degrees of freedom behind it, makes all of them uncertain, for
 /// regions of so many `numbers`.
-Eigen::VectorXd same_inflation(const fit::CellFitResult& result, double numbers, double dof);
+Eigen::VectorXd same_inflation(const fit::Solution& result, double numbers, double dof);
 
 /// The part of a covariance, in the order of the result's coordinates, that belongs to a pose; 0 for what is held.
-Matrix6 covariance_of_pose(const fit::CellFit& fit, fit::FitBlock pose, const Eigen::MatrixXd& covariance);
+Matrix6 covariance_of_pose(const fit::Solution& solution, fit::FitBlock pose, const Eigen::MatrixXd& covariance);
 
-}  // namespace kr5::calibration::cell_fit
+}  // namespace kr5::calibration::pipeline
