@@ -48,8 +48,8 @@ TEST_CASE("exact measurements of every kind give back arm, base, tool, tip, sock
       const Eigen::Vector3d touching = T.inverse() * w.socket;
       fit.add(PositionMeasurement(PoseChain().then(base).then_arm(arm, q), touching, socket, 1e-4));
       fit.add(DistanceMeasurement(PoseChain().then(base).then_arm(arm, q),
-                                  Eigen::Vector3d(T.inverse() * (w.socket + radius * random.direction())), socket, 0,
-                                  1e-4, ball));
+                                  Eigen::Vector3d(T.inverse() * (w.socket + radius * random.direction())), socket, ball,
+                                  1e-4));
       const Eigen::Vector3d on_plane = T_world_plane * Eigen::Vector3d(random.normal(), random.normal(), 0);
       fit.add(PlanePointMeasurement(PoseChain().then_inverse(plane).then(base).then_arm(arm, q),
                                     Eigen::Vector3d(T.inverse() * on_plane), 1e-4));

@@ -13,8 +13,8 @@
 namespace kr5::calibration::scanner_problem {
 namespace {
 
-constexpr int rotations = 64;          // all over: neighbours are some 45 degrees apart
-constexpr int alternations = 40;       // of rotation and places
+constexpr int rotations = 32;          // all over: neighbours are some 60 degrees apart
+constexpr int rounds = 25;             // of one search
 constexpr std::size_t most_used = 60;  // profiles; more tell no better in which valley a start lies
 constexpr std::size_t most_poses = 6;
 constexpr double apart_position = 2e-3, apart_rotation = 0.02;  // of poses that count as two [m, rad]
