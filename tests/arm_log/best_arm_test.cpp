@@ -68,7 +68,7 @@ TEST_CASE("commanded motions have no errors of a best arm") {
 }
 
 TEST_CASE("the search is as wide as a log needs, unless it was set") {
-  const arm_log::BestArmErrors errors{.errors = {{"motion.tau1", 0.5}}};
+  const arm_log::BestArmErrors errors{{{"motion.tau1", 0.5}}, {}, 0.0};
   const gap::DiagnoseOptions wide = arm_log::widened_search({}, errors, 3);
   CHECK(wide.max_effects == 8);
   CHECK(wide.beam == 1);

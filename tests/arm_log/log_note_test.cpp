@@ -10,15 +10,16 @@ using arm_log::LogNoteKind;
 
 TEST_CASE("a note tells its numbers with their units, and joints by their names") {
   cell::Cell cell = described_arm();
-  CHECK(text({.kind = LogNoteKind::TorqueConstants, .values = {20.04, 11, 3}, .deviations = {0.12, 0.1, 0.02}}, cell) ==
+  CHECK(arm_log::text({.kind = LogNoteKind::TorqueConstants, .values = {20.04, 11, 3}, .deviations = {0.12, 0.1, 0.02}},
+                      cell) ==
         "torque constants from the log, for the masses of the model [N m/A]: 20 ± 0.1, 11 ± 0.1, 3 ± 0.02");
-  CHECK(text({.kind = LogNoteKind::DelayedLoads, .name = "tau", .value = -0.0081234}, cell) ==
+  CHECK(arm_log::text({.kind = LogNoteKind::DelayedLoads, .name = "tau", .value = -0.0081234}, cell) ==
         "with masses and friction fitted, the torques match the motion best if they were logged 8.12 ms early");
-  CHECK(text({.kind = LogNoteKind::UnmeasuredLoads, .joints = {1}}, cell).find("elbow") != std::string::npos);
-  CHECK(text({.kind = LogNoteKind::JointNoise, .name = "i", .values = {0.1, 0.2, 0.3}}, cell) ==
+  CHECK(arm_log::text({.kind = LogNoteKind::UnmeasuredLoads, .joints = {1}}, cell).find("elbow") != std::string::npos);
+  CHECK(arm_log::text({.kind = LogNoteKind::JointNoise, .name = "i", .values = {0.1, 0.2, 0.3}}, cell) ==
         "noise of i1 to i3, from neighbouring rows [A]: 0.1, 0.2, 0.3");
   cell.robot.dh[2].type = kinematics::JointType::Prismatic;
-  CHECK(text({.kind = LogNoteKind::JointNoise, .name = "tau", .values = {0.1, 0.2, 3}}, cell) ==
+  CHECK(arm_log::text({.kind = LogNoteKind::JointNoise, .name = "tau", .values = {0.1, 0.2, 3}}, cell) ==
         "noise of tau1 to tau3, from neighbouring rows: 0.1 N m, 0.2 N m, 3 N");
 }
 
