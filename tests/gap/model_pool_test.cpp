@@ -46,8 +46,7 @@ TEST_CASE("a dropped set of effects stays dropped until it is admitted") {
   };
   const std::vector<gap::Part> pair = {friction_of(3), friction_of(4)}, single = {friction_of(3)};
 
-  gap::ModelPool pool(problem, base);
-  pool.replace({pool.nominal()});
+  gap::ModelPool pool(problem, base, {{gap::empty_model(problem, base)}, {}});
   pool.extend(pool.nominal(), {pair}, 1);
   const gap::Model best = pool.best();
   REQUIRE(gap::same_effects(best.parts, pair));

@@ -1,21 +1,32 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "gap/fitting/fit.hpp"
 
 namespace kr5::gap {
 
-/// Sets of effects that were fitted.
+/// Models of sets of effects.
+struct ModelSets {
+  std::vector<Model> kept;     ///< Most likely first.
+  std::vector<Model> dropped;  ///< Excluded from what may be blamed.
+};
+
+/// Sets of effects that were fitted, to which others are added. It refers to problem and base.
 class ModelPool {
  public:
-  ModelPool(const FitProblem& problem, const Eigen::VectorXd& base) : problem_(problem), base_(base) {}
+  ModelPool(const FitProblem& problem, const Eigen::VectorXd& base, ModelSets sets = {})
+      : problem_(problem), base_(base), models_(std::move(sets.kept)), dropped_(std::move(sets.dropped)) {}
+
+  const FitProblem& problem() const { return problem_; }
+  const Eigen::VectorXd& base() const { return base_; }
 
   /// Those that were not dropped, most likely first.
   const std::vector<Model>& all() const { return models_; }
   const Model& best() const { return models_.front(); }
-  void replace(std::vector<Model> models) { models_ = std::move(models); }
+  ModelSets take() && { return {std::move(models_), std::move(dropped_)}; }
 
   Model nominal() const { return empty_model(problem_, base_); }
   /// A model fitted without one of its parts; fitted now if it was not.

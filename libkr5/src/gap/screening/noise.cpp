@@ -195,4 +195,10 @@ void correct(ComparisonData& data, const std::vector<NoiseScale>& scales, Eigen:
       }
 }
 
+std::vector<NoiseScale> correct_wrong(ComparisonData& data, std::vector<NoiseScale> scales, Eigen::VectorXd& residual) {
+  std::erase_if(scales, [](const NoiseScale& scale) { return !wrong(scale); });
+  correct(data, scales, residual);
+  return scales;
+}
+
 }  // namespace kr5::gap

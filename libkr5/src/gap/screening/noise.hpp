@@ -46,4 +46,7 @@ bool wrong(const NoiseScale& scale);
 /// Puts the noise seen in the place of the declared one, in the blocks and in residuals.
 void correct(ComparisonData& data, const std::vector<NoiseScale>& scales, Eigen::VectorXd& residual);
 
+/// The same of those scales alone that are no chance, which are returned.
+std::vector<NoiseScale> correct_wrong(ComparisonData& data, std::vector<NoiseScale> scales, Eigen::VectorXd& residual);
+
 }  // namespace kr5::gap

@@ -119,6 +119,40 @@ bool has(const Model& model, const Hypothesis& h) {
   });
 }
 
+/// Simulates the signatures of a candidate on the fit experiments.
+void simulate(const ComparisonData& data, Candidate& candidate, const Eigen::VectorXd& base) {
+  const std::vector<int> experiments = experiments_of_split(data, candidate.experiments, cell::Split::Fit);
+  for (const Probe& probe : candidate.hypothesis.probes) {
+    std::vector<Signature> columns;
+    for (const Eigen::VectorXd& x : probe.points) {
+      Setup setup = data.recording->cell;
+      apply(setup, candidate.hypothesis, x);
+      const double factor = probe.points.size() == 1 ? 1 / x(0) : 1.0;
+      columns.push_back(difference(data, experiments, base, residuals(data, setup, experiments, base), factor));
+    }
+    if (std::any_of(columns.begin(), columns.end(), [](const Signature& s) { return !s.empty(); }) &&
+        !(probe.indivisible && columns.size() == 2 && parallel(columns[0], columns[1])))
+      candidate.signatures.push_back(std::move(columns));
+    else
+      return candidate.signatures.clear();
+  }
+}
+
+std::vector<EffectName> unseen_effects(const std::vector<std::shared_ptr<Candidate>>& candidates) {
+  const auto same = [](const Candidate& c, const EffectName& name) {
+    return c.hypothesis.effect == name.effect && c.hypothesis.target == name.target;
+  };
+  std::vector<EffectName> out;
+  for (const auto& candidate : candidates) {
+    const EffectName name{candidate->hypothesis.effect, candidate->hypothesis.target};
+    if (candidate->hypothesis.of_recording || std::find(out.begin(), out.end(), name) != out.end()) continue;
+    if (std::none_of(candidates.begin(), candidates.end(),
+                     [&](const auto& c) { return same(*c, name) && !c->signatures.empty(); }))
+      out.push_back(name);
+  }
+  return out;
+}
+
 }  // namespace
 
 Eigen::VectorXd nearly_off(const Hypothesis& h) {
@@ -130,81 +164,53 @@ Eigen::VectorXd nearly_off(const Hypothesis& h) {
 
 Screen::Screen(const ComparisonData& data, std::vector<Hypothesis> hypotheses, const Eigen::VectorXd& base, int threads,
                const Progress& progress)
-    : data_(data), threads_(threads) {
+    : threads_(threads) {
   const std::size_t plain = hypotheses.size();
   const std::vector<PeriodicEffect> periodic = periodic_effects(data.recording->cell);
   for (const PeriodicEffect& effect : periodic)
     hypotheses.push_back(periodic_hypothesis(data.recording->cell, effect, 1));
-  for (Hypothesis& h : hypotheses) candidates_.push_back(std::make_unique<Candidate>(Candidate{std::move(h), {}, {}}));
+  std::vector<std::shared_ptr<Candidate>> all;
+  for (Hypothesis& h : hypotheses) all.push_back(std::make_shared<Candidate>(Candidate{std::move(h), {}, {}}));
   const AffectedExperiments touch(data);
   std::atomic<int> done{0};
-  parallel_for(static_cast<int>(candidates_.size()), threads, [&](int i) {
-    candidates_[i]->experiments = touch.experiments(candidates_[i]->hypothesis);
-    simulate(*candidates_[i], base);
-    if (progress) progress(static_cast<double>(++done) / static_cast<double>(candidates_.size()));
+  parallel_for(static_cast<int>(all.size()), threads, [&](int i) {
+    all[i]->experiments = touch.experiments(all[i]->hypothesis);
+    simulate(data, *all[i], base);
+    if (progress) progress(static_cast<double>(++done) / static_cast<double>(all.size()));
   });
-  for (std::size_t i = plain; i < candidates_.size(); ++i)
-    if (!candidates_[i]->signatures.empty())
-      carriers_.push_back(make_carrier(data, *candidates_[i], periodic[i - plain].joint));
-  find_unseen();
-  candidates_.resize(plain);
-  std::erase_if(candidates_, [](const auto& c) { return c->signatures.empty(); });
+  std::vector<Carrier> carriers;
+  for (std::size_t i = plain; i < all.size(); ++i)
+    if (!all[i]->signatures.empty()) carriers.push_back(make_carrier(data, *all[i], periodic[i - plain].joint));
+  unseen_ = unseen_effects(all);
+  all.resize(plain);
+  std::erase_if(all, [](const auto& c) { return c->signatures.empty(); });
   std::set<std::pair<std::string, std::string>> pairs;
-  for (const auto& c : candidates_) pairs.emplace(c->hypothesis.effect, c->hypothesis.target);
-  effects_ = static_cast<int>(pairs.size() + carriers_.size());
+  for (const auto& c : all) pairs.emplace(c->hypothesis.effect, c->hypothesis.target);
+  effects_ = static_cast<int>(pairs.size() + carriers.size());
+  candidates_.assign(all.begin(), all.end());
+  carriers_ = std::make_shared<const std::vector<Carrier>>(std::move(carriers));
 }
 
-void Screen::find_unseen() {
-  const auto same = [](const Candidate& c, const EffectName& name) {
-    return c.hypothesis.effect == name.effect && c.hypothesis.target == name.target;
-  };
-  for (const auto& candidate : candidates_) {
-    const EffectName name{candidate->hypothesis.effect, candidate->hypothesis.target};
-    if (candidate->hypothesis.of_recording || std::find(unseen_.begin(), unseen_.end(), name) != unseen_.end())
-      continue;
-    if (std::none_of(candidates_.begin(), candidates_.end(),
-                     [&](const auto& c) { return same(*c, name) && !c->signatures.empty(); }))
-      unseen_.push_back(name);
-  }
-}
-
-void Screen::simulate(Candidate& candidate, const Eigen::VectorXd& base) const {
-  const std::vector<int> experiments = experiments_of_split(data_, candidate.experiments, cell::Split::Fit);
-  for (const Probe& probe : candidate.hypothesis.probes) {
-    std::vector<Signature> columns;
-    for (const Eigen::VectorXd& x : probe.points) {
-      Setup setup = data_.recording->cell;
-      apply(setup, candidate.hypothesis, x);
-      const double factor = probe.points.size() == 1 ? 1 / x(0) : 1.0;
-      columns.push_back(difference(data_, experiments, base, residuals(data_, setup, experiments, base), factor));
-    }
-    if (std::any_of(columns.begin(), columns.end(), [](const Signature& s) { return !s.empty(); }) &&
-        !(probe.indivisible && columns.size() == 2 && parallel(columns[0], columns[1])))
-      candidate.signatures.push_back(std::move(columns));
-    else
-      return candidate.signatures.clear();
-  }
-}
-
-void Screen::add_periodic(const Eigen::VectorXd& left) {
-  std::vector<std::vector<int>> cycles(carriers_.size());
-  parallel_for(static_cast<int>(carriers_.size()), threads_,
-               [&](int i) { cycles[i] = best_cycles(data_, carriers_[i], left, 2); });
-  for (std::size_t i = 0; i < carriers_.size(); ++i)
+void Screen::add_periodic(const ComparisonData& data, const Eigen::VectorXd& left) {
+  const std::vector<Carrier>& carriers = *carriers_;
+  std::vector<std::vector<int>> cycles(carriers.size());
+  parallel_for(static_cast<int>(carriers.size()), threads_,
+               [&](int i) { cycles[i] = best_cycles(data, carriers[i], left, 2); });
+  for (std::size_t i = 0; i < carriers.size(); ++i)
     for (const int c : cycles[i]) {
-      Candidate candidate = modulated(data_, carriers_[i], c);
+      Candidate candidate = modulated(data, carriers[i], c);
       const auto known = std::any_of(candidates_.begin(), candidates_.end(), [&](const auto& other) {
         return other->hypothesis.effect == candidate.hypothesis.effect &&
                other->hypothesis.target == candidate.hypothesis.target &&
                other->hypothesis.choice == candidate.hypothesis.choice;
       });
-      if (!known) candidates_.push_back(std::make_unique<Candidate>(std::move(candidate)));
+      if (!known) candidates_.push_back(std::make_shared<const Candidate>(std::move(candidate)));
     }
 }
 
 std::vector<Suggestion> Screen::rank(const FitProblem& problem, const Model& model) {
   const Projection projection(problem, model);
-  add_periodic(projection.residual());
+  add_periodic(problem.data, projection.residual());
   std::vector<Suggestion> all(candidates_.size());
   parallel_for(static_cast<int>(candidates_.size()), threads_, [&](int i) {
     const Candidate& candidate = *candidates_[i];

@@ -30,6 +30,7 @@ struct PairSuggestion {
 /// A hundredth of a usual size, where a fit can start of what no signature speaks for.
 Eigen::VectorXd nearly_off(const Hypothesis& hypothesis);
 
+/// A copy shares the candidates, to which each adds its own.
 class Screen {
  public:
   using Progress = std::function<void(double fraction)>;
@@ -46,20 +47,17 @@ class Screen {
   int effects() const { return effects_; }
   /// Effects that change no column of the fit experiments.
   const std::vector<EffectName>& unseen() const { return unseen_; }
-  const std::vector<std::unique_ptr<Candidate>>& candidates() const { return candidates_; }
+  const std::vector<std::shared_ptr<const Candidate>>& candidates() const { return candidates_; }
 
  private:
-  void simulate(Candidate& candidate, const Eigen::VectorXd& base) const;
-  void find_unseen();
   /// Periodic effects with the cycles that what is left suggests.
-  void add_periodic(const Eigen::VectorXd& left);
+  void add_periodic(const ComparisonData& data, const Eigen::VectorXd& left);
 
-  const ComparisonData& data_;
   int threads_ = 0;
   int effects_ = 0;  ///< Effects times targets.
   std::vector<EffectName> unseen_;
-  std::vector<std::unique_ptr<Candidate>> candidates_;
-  std::vector<Carrier> carriers_;
+  std::vector<std::shared_ptr<const Candidate>> candidates_;
+  std::shared_ptr<const std::vector<Carrier>> carriers_;  ///< Of the periodic effects.
 };
 
 }  // namespace kr5::gap

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "gap/fitting/nuisance_model.hpp"
+#include "gap/reporting/structure.hpp"
+#include "gap/screening/screen.hpp"
+#include "gap/stages/noise_stage.hpp"
+
+/// @file
+/// Third stage of a diagnosis: what each effect would change, and what of it small errors of the cell could take.
+
+namespace kr5::gap {
+
+struct ScreenOutput {
+  ComparisonData data;   ///< As before, poses with the noise that counts.
+  Eigen::VectorXd base;  ///< Residuals of the nominal cell over that noise.
+  Screen screen;
+  NuisanceModel nuisance;
+  std::vector<Group> groups;           ///< The columns, each over all its experiments.
+  std::vector<NoiseScale> pose_noise;  ///< Of poses, where it is not as declared.
+  int stray_poses = 0;                 ///< Values of poses that are marked as spikes.
+};
+
+ScreenOutput screen_stage(const NoiseOutput& noise, const DiagnoseOptions& options);
+
+}  // namespace kr5::gap
