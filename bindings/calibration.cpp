@@ -12,6 +12,7 @@
 #include <kr5/calibration/kinematics.hpp>
 #include <kr5/calibration/pair_readings.hpp>
 #include <kr5/calibration/parallel_planes.hpp>
+#include <kr5/calibration/pose_columns.hpp>
 #include <kr5/calibration/pose_file.hpp>
 #include <kr5/calibration/pose_format.hpp>
 #include <kr5/calibration/posture_choice.hpp>
@@ -361,6 +362,20 @@ static void bind_dataset(py::module_& m) {
   m.def(
       "load_poses", [](const path& file, RotationForm rotation) { return load_poses(file, rotation).rows; },
       py::arg("file"), py::arg("rotation"), "Rows of numbers in a pose file: YAML, JSON, CSV or plain text.");
+  m.def("row_length", &row_length, py::arg("rotation"), "Numbers in a row of this form; a matrix row has 12 or 16.");
+  m.def("pose_column_names", &pose_column_names, py::arg("rotation"),
+        "Names of the numbers of a row of this form in their order, each with its spellings; none of a matrix.");
+  m.def("find_pose_columns", &find_pose_columns, py::arg("columns"), py::arg("rotation"), py::arg("prefix") = "",
+        "Positions of the columns that make the rows of this form, -1 where there is none.");
+  m.def("find_rotation_form", &find_rotation_form, py::arg("columns"), py::arg("prefix") = "",
+        "The form whose rotation the columns name; None where they name none.");
+  m.def("rotation_form_of_length", &rotation_form_of_length, py::arg("numbers"),
+        "The form that rows of so many numbers have; None where several have.");
+  m.def("usual_format", &usual_format, py::arg("rotation"), "Units in which controllers print this form.");
+  m.def("find_pose_units", &find_pose_units, py::arg("rows"), py::arg("rotation"), py::arg("position") = std::nullopt,
+        py::arg("angle") = std::nullopt,
+        "The format with the units that the rows do not contradict, the usual ones first; a stated unit is kept. None\n"
+        "where every choice is contradicted.");
 }
 
 static void bind_diagnosis(py::module_& m) {

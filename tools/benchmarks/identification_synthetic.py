@@ -9,6 +9,7 @@ import numpy as np
 from kr5 import cell as kr5_cell
 from kr5 import identification, kinematics
 from kr5.logs.joint_motion import arm_model
+from kr5.tables.options import TableOptions
 
 from comparison import Row, exact_interval, format_rate, progress
 from kr5_tools.identify.drives import read_readings
@@ -23,7 +24,7 @@ Draw = Callable[[np.random.Generator], tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 def structure_rows() -> list[Row]:
-    readings = read_readings(SHARE / "data/drives/kr5_table_b2.csv", np.pi / 180)
+    readings = read_readings(SHARE / "data/drives/kr5_table_b2.csv", TableOptions(angle="deg"))
     found = identification.identify_drives(readings, identification.DriveOptions(common_zero=True))
     ratios = np.diag(np.asarray(found.structure))
     rows = [

@@ -7,6 +7,7 @@ from typing import Any
 
 import kr5.arm_log
 import kr5.gap
+from kr5.logs.column_list import header_entry
 from kr5.logs.compared_source import ComparedSource, SourceOptions, open_source
 
 Paths = str | os.PathLike[str] | Sequence[str | os.PathLike[str]]
@@ -19,13 +20,15 @@ def read_logs(
     base: str = "",
     tip: str = "",
     every: float | None = None,
+    columns: str = "",
     settings: Sequence[str] = (),
     trust: bool = False,
 ) -> ComparedSource:
     """Logs of one robot as a recording, columns found by their names and numbers.
 
     logs: CSV, NPZ, MCAP or bag, one or several. model: URDF, MJCF or cell file of the robot. base, tip: links of the
-    model between which the arm is. every: interval of rows without a clock [s]. settings: entries of the map or the
+    model between which the arm is. every: interval of rows without a clock [s]. columns: their
+    names in order, where a log has none or others, such as "t,q{1-6},tau{1-6}". settings: entries of the map or the
     cell, such as "columns.tau.unit=N mm". trust: also numbers that are implausible.
 
     The result has `recording` (kr5.cell.Recording), `notes` (how the columns were read) and `best_arm` (what the best
@@ -35,7 +38,8 @@ def read_logs(
     model; the text names the remedy, with `--set` for `settings`. Warns with kr5.Implausible of what `trust` lets pass.
     """
     paths = [logs] if isinstance(logs, (str, os.PathLike)) else list(logs)
-    options = SourceOptions(Path(model), base, tip, every, list(settings), trust)
+    entries = [*([header_entry(columns)] if columns else []), *settings]
+    options = SourceOptions(Path(model), base, tip, every, entries, trust)
     return open_source([Path(path) for path in paths], options)
 
 

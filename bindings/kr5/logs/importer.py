@@ -11,6 +11,7 @@ import kr5
 import kr5.cell
 import kr5.io
 from kr5 import arm_log
+from kr5.logs.column_list import names_in_order
 from kr5.logs.log import Log
 from kr5.logs.log_checks import LogProblem, check_loads, check_positions, merged_problems
 from kr5.logs.log_file import read_log
@@ -397,12 +398,19 @@ def _key(source: Source) -> str:
 
 
 def import_recording(
-    log: Path | None, map_file: Path, complete: Complete | None = None, shown: str | None = None
+    log: Path | None,
+    map_file: Path,
+    complete: Complete | None = None,
+    shown: str | None = None,
+    columns: str | None = None,
 ) -> tuple[Any, list[str], list[Any]]:
     """The recording, what was done to its numbers, and what speaks against them. `complete` may add to its cell what
     the log tells of it, before it is checked; it gets the readings of loads, too, as kr5.arm_log takes them. `shown`:
-    what errors name in place of a map that no user wrote."""
+    what errors name in place of a map that no user wrote. `columns`: names of the columns of the log in their order,
+    in place of the map's."""
     importer = Importer(load_map(map_file, shown), log)
+    if columns:
+        importer.map.header = names_in_order(columns)
     experiments = [importer.experiment(e) for e in importer.map.experiments]
     recording = kr5.cell.Recording(importer.cell, experiments)
     words = importer.map.words

@@ -42,6 +42,10 @@ class Log:
     clocks: dict[str, str] = field(default_factory=dict)
     lines: np.ndarray | None = None  # of a text file, the line of each row
     text_columns: dict[str, TextCell] = field(default_factory=dict)
+    texts: dict[str, list[str]] = field(default_factory=dict)  # of these columns, all cells
+    order: list[str] = field(default_factory=list)  # of a text file, all columns as they stand in it
+    named: bool = True  # false: columns without names, which are their numbers from 1
+    form: list[str] = field(default_factory=list)  # how a text is written, where it is no plain CSV
     notes: list[str] = field(default_factory=list)  # what was done to the numbers when they were read
 
     def add(self, name: str, values: Any, stream: str) -> None:
@@ -67,6 +71,10 @@ class Log:
             self.streams[joined] = self.streams[name]
             self.columns = kept
 
+    def names(self) -> list[str]:
+        """All columns, those of text included."""
+        return self.order or list(self.columns)
+
     def time_columns(self) -> list[str]:
         """Columns whose names are those of a time."""
         return [name for name in self.columns if is_time(name)]
@@ -84,6 +92,9 @@ class Log:
         if kept.all() or kept.sum() < 2 or not any((np.diff(clock) > 0).all() for clock in clocks):
             return 0
         self.columns = {name: values[kept] for name, values in self.columns.items()}
+        self.texts = {
+            name: [c for c, keep in zip(cells, kept, strict=True) if keep] for name, cells in self.texts.items()
+        }
         self.lines = None if self.lines is None else self.lines[kept]
         return int((~kept).sum())
 

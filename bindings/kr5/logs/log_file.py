@@ -1,9 +1,11 @@
 """Logs as they come: CSV, NPZ, MCAP files and ROS bags, read into columns of numbers by name."""
 
 import csv
+import itertools
 import re
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -13,69 +15,102 @@ import numpy as np
 import kr5
 from kr5.files.documents import read_text
 from kr5.logs.bag_file import is_bag_folder, read_bag
+from kr5.logs.column_list import fitted_names
 from kr5.logs.entry_words import IN_MAP, EntryWords
 from kr5.logs.log import Log, TextCell
 from kr5.logs.npz_file import read_npz
 
+MOST_HEAD = 1000  # lines before the first numbers
 MAX_BYTES = 1 << 30  # of a text
 DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d")
 MISSING = {"", "nan", "n/a", "na", "null", "none"}
-ENDINGS = ("csv", "txt", "tsv", "dat", "log", "npz", "mcap", "db3", "bag")
+NUMBER = r"[-+]?\d+(,\d+)?([eE][-+]?\d+)?"
+BLANKS_AND_DECIMAL_COMMAS = re.compile(rf" *{NUMBER}( +{NUMBER})+ *")
 
 
-def read_log(file: Path, header: list[str] | None = None, words: EntryWords = IN_MAP) -> Log:
-    """Reads a log. `header` names the columns of a text file that has none; `words`: how errors say where to give
-    it."""
+def _read_mcap(file: Path) -> Log:
+    from kr5.logs.mcap_file import read_mcap
+
+    return read_mcap(file)
+
+
+# Formats by their ending, each read by one function from file to columns; every command reads them all.
+BINARY: dict[str, Callable[[Path], Log]] = {"npz": read_npz, "mcap": _read_mcap, "db3": read_bag, "bag": read_bag}
+TEXTS = ("csv", "txt", "tsv", "dat", "log")
+ENDINGS = (*TEXTS, *BINARY)
+
+
+def read_log(file: Path, header: Sequence[str] | None = None, words: EntryWords = IN_MAP, unnamed: bool = False) -> Log:
+    """Reads a log. `header` names the columns, where the file has no names or others; `unnamed`: without, a text is
+    read whose columns have no names, by their numbers; `words`: how errors say where to give them."""
     if is_bag_folder(file):
-        return read_bag(file)
+        return _renamed(read_bag(file), header)
     if not file.is_file():
         raise kr5.FileError(file, f"no such file; expected a log ({', '.join('.' + e for e in ENDINGS)})")
     ending = file.suffix.lower().lstrip(".")
-    if ending not in ENDINGS:
+    if ending in BINARY:
+        return _renamed(BINARY[ending](file), header)
+    if ending not in TEXTS:
         raise kr5.FileError(
             file, f"found the ending '.{ending}', expected one of {', '.join('.' + e for e in ENDINGS)}"
         )
-    if ending == "npz":
-        return read_npz(file)
-    if ending in ("db3", "bag"):
-        return read_bag(file)
-    if ending == "mcap":
-        from kr5.logs.mcap_file import read_mcap
-
-        return read_mcap(file)
-    return _read_text(file, header, words)
+    return _read_text(file, header, words, unnamed)
 
 
-def _read_text(file: Path, header: list[str] | None, words: EntryWords) -> Log:
+def _renamed(log: Log, header: Sequence[str] | None) -> Log:
+    """With other names for its columns, where these are not among its own."""
+    if not header:
+        return log
+    old = list(log.columns)
+    new = dict(zip(old, fitted_names(header, old, len(old), log.file), strict=True))
+    log.columns = {new[name]: values for name, values in log.columns.items()}
+    log.streams = {new[name]: stream for name, stream in log.streams.items()}
+    log.clocks = {stream: new[name] for stream, name in log.clocks.items()}
+    return log
+
+
+def _read_text(file: Path, header: Sequence[str] | None, words: EntryWords, unnamed: bool) -> Log:
     text = read_text(file, "a table of numbers under a line of names", MAX_BYTES)
     lines = [(i, line) for i, line in enumerate(text.splitlines(), 1) if line.strip() and not _is_comment(line)]
     if not lines:
         raise kr5.FileError(file, "is empty; expected a line of column names and rows of numbers")
-    delimiter = next((d for d in (";", "\t", ",") if d in lines[0][1]), None)
-    split = (lambda s: next(csv.reader([s], delimiter=delimiter))) if delimiter else str.split
+    delimiter = _delimiter_of([line for _, line in lines[:2]])
     try:
-        rows = [(i, [c.strip() for c in split(line)]) for i, line in lines]
+        rows = [(i, cells) for (i, _), cells in zip(lines, _split([line for _, line in lines], delimiter), strict=True)]
     except csv.Error as error:
         raise kr5.FileError(
             file, f"is not a table ({error}); expected a line of column names and rows of numbers"
         ) from error
-    names = header or rows.pop(0)[1]
-    if not header and all(_is_number(c) for c in names):
+    log = Log(file, form=_form_words(delimiter))
+    first = rows[0][1]
+    width = len(first) - (delimiter is not None and len(first) > 1 and not first[-1])  # a delimiter at the end
+    numbers = [_is_number(cell, delimiter) for cell in first[:width]]
+    log.named = not (any(numbers) if header else all(numbers))
+    own = rows.pop(0)[1] if log.named else _commented_names(_line_above(text, lines[0][0]), delimiter, width)
+    if header:
+        names = fitted_names(header, own, width, file)
+    elif own:
+        names, log.named = own, True
+    elif unnamed:
+        names = [str(k + 1) for k in range(width)]
+        log.form.append("no names of columns")
+    else:
         raise kr5.FileError(
             file,
-            f"line {lines[0][0]}: found only numbers, expected the names of the columns; specify them:"
-            f" {_header_words(words, ', '.join(f'column{i + 1}' for i in range(len(names))))}",
+            f"line {lines[0][0]}: found only numbers, expected the names of its {width} columns; specify them in"
+            f" their order: {_header_words(words)}",
         )
-    own = [r for _, r in rows if r == names]
-    rows = [(i, r) for i, r in rows if r != names]
-    if names and not names[-1]:  # a delimiter at the end of every line
-        names, rows = names[:-1], [(i, r[:-1] if len(r) == len(names) and not r[-1] else r) for i, r in rows]
+    repeated = [r for _, r in rows if r == own]
+    rows = [(i, r) for i, r in rows if r != own]
+    if len(names) > 1 and not names[-1]:
+        names = names[:-1]
+    rows = [(i, r[:-1] if len(r) == len(names) + 1 and not r[-1] else r) for i, r in rows]
     if not rows:
         raise kr5.FileError(file, "has a line of names and no row of numbers")
     _check_shape(file, names, rows, words)
-    log = Log(file, lines=np.array([i for i, _ in rows]))
-    if own:
-        log.notes.append(f"{file.name}: {_skipped(len(own), 'repeated header')}")
+    log.order, log.lines = names, np.array([i for i, _ in rows])
+    if repeated:
+        log.notes.append(f"{file.name}: {_skipped(len(repeated), 'repeated header')}")
     for k, name in enumerate(names):
         _add_text_column(log, name, [r[k] for _, r in rows], delimiter)
     log.join_stamps()
@@ -84,12 +119,78 @@ def _read_text(file: Path, header: list[str] | None, words: EntryWords) -> Log:
     return log
 
 
+@dataclass(frozen=True)
+class TextForm:
+    """How a text of numbers is written, by its first lines."""
+
+    delimiter: str | None  # None: blanks
+    names: list[str]  # in small letters; none where the first line has numbers
+    rows_before: int  # lines before the numbers
+    decimal_commas: bool
+
+
+def read_text_form(file: Path) -> TextForm:
+    """The form of a text whose rows are read by others, since they are many."""
+    first: list[str] = []
+    before, above = 0, ""
+    with file.open(encoding="utf-8-sig") as stream:
+        for line in itertools.islice(stream, MOST_HEAD):
+            if line.strip() and not _is_comment(line):
+                first.append(line.rstrip("\n"))
+            elif not first:
+                before, above = before + 1, line.strip() or above
+            if len(first) == 2:
+                break
+    if not first:
+        raise kr5.FileError(file, "is empty; expected a line of column names and rows of numbers")
+    delimiter = _delimiter_of(first)
+    cells = _split(first, delimiter)
+    named = not any(_is_number(c, delimiter) for c in cells[0])
+    names = cells[0] if named else _commented_names(above, delimiter, len(cells[0]))
+    commas = delimiter != "," and "," in first[-1]
+    return TextForm(delimiter, [c.lower() for c in names], before + named, commas)
+
+
+def _delimiter_of(lines: list[str]) -> str | None:
+    """What stands between the columns; None: blanks. Of numbers with decimal commas between blanks a comma is none."""
+    if BLANKS_AND_DECIMAL_COMMAS.fullmatch(lines[-1]):
+        return None
+    return next((d for d in (";", "\t", "|", ",") if d in lines[0]), None)
+
+
+def _split(lines: list[str], delimiter: str | None) -> list[list[str]]:
+    if delimiter is None:
+        return [line.split() for line in lines]
+    return [[cell.strip() for cell in next(csv.reader([line], delimiter=delimiter), [])] for line in lines]
+
+
+def _form_words(delimiter: str | None) -> list[str]:
+    named = {";": "semicolons between columns", "\t": "tabs between columns", "|": "bars between columns"}
+    return [] if delimiter == "," else [named.get(delimiter or "", "blanks between columns")]
+
+
+def _line_above(text: str, number: int) -> str:
+    """The last line before a line that is not blank."""
+    return next((line for line in reversed(text.splitlines()[: number - 1]) if line.strip()), "")
+
+
+def _commented_names(above: str, delimiter: str | None, width: int) -> list[str]:
+    """Names in the line above the first row, a comment, as numpy.savetxt writes them; none where they do not fit."""
+    try:
+        names = _split([above.lstrip().lstrip("#%").strip()], delimiter)[0]
+    except csv.Error:
+        return []
+    fit = len(names) == width and len(set(names)) == width and all(re.match(r"[^\W\d]", name) for name in names)
+    return names if fit else []
+
+
 def _skipped(count: int, what: str) -> str:
     return f"1 {what} was skipped" if count == 1 else f"{count} {what}s were skipped"
 
 
-def _header_words(words: EntryWords, names: str) -> str:
-    return f"--set 'header=[{names}]'" if words.by_option else f"header: [{names}] in the map"
+def _header_words(words: EntryWords) -> str:
+    named = "--columns 't,q{1-6},tau{1-6}' (_ for one that is not used, ... for all that follow)"
+    return named if words.by_option else f"{named}, or header: [t, q1, ...] in the map"
 
 
 def _is_comment(line: str) -> bool:
@@ -104,8 +205,8 @@ def _check_shape(file: Path, names: list[str], rows: list[tuple[int, list[str]]]
         found = f"the name '{sorted(twice)[0]}' twice" if twice else "a column without a name"
         raise kr5.FileError(
             file,
-            f"line of names: found {found}, expected a unique name for each column; specify them"
-            f" ({_header_words(words, '...')}) and delete that line",
+            f"line of names: found {found}, expected a unique name for each column; specify others in their"
+            f" order: {_header_words(words)}",
         )
     bad = [(i, len(r)) for i, r in rows if len(r) != len(names)]
     if bad:
@@ -153,8 +254,8 @@ def _is_readable(read: Callable[[str], Any], text: str) -> bool:
     return True
 
 
-def _is_number(text: str) -> bool:
-    return _is_readable(float, text)
+def _is_number(text: str, delimiter: str | None = ",") -> bool:
+    return _is_readable(float, text if delimiter == "," else text.replace(",", "."))
 
 
 def _add_text_column(log: Log, name: str, texts: list[str], delimiter: str | None) -> None:
@@ -165,9 +266,11 @@ def _add_text_column(log: Log, name: str, texts: list[str], delimiter: str | Non
     cells = ["nan" if _is_missing(text) else text for text in texts]
     if delimiter != "," and any("," in c for c in cells):
         cells = [c.replace(",", ".") for c in cells]
+        log.form += [] if "decimal commas" in log.form else ["decimal commas"]
     try:
         log.add(name, np.array(cells, float), "")
     except ValueError:
         read, expected = (_read_date, "a date with a time") if _are_dates(texts) else (float, "a number")
         at = next(i for i, cell in enumerate(cells) if cell != "nan" and not _is_readable(read, cell))
+        log.texts[name] = texts
         log.text_columns[name] = TextCell(0 if log.lines is None else int(log.lines[at]), texts[at], expected)

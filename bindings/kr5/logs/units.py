@@ -11,6 +11,7 @@ UNITS: dict[str, dict[str, float]] = {
     "current": {"A": 1.0, "mA": 1e-3},
     "force": {"N": 1.0, "kN": 1e3, "mN": 1e-3},
     "torque": {"N m": 1.0, "Nm": 1.0, "N mm": 1e-3, "Nmm": 1e-3, "mN m": 1e-3, "mNm": 1e-3, "kN m": 1e3},
+    "turn rate": {"rad/s": 1.0, "deg/s": math.pi / 180, "rpm": math.pi / 30},
     "speed": {"m/s": 1.0, "mm/s": 1e-3},
     "pixel": {"px": 1.0},
     "none": {"-": 1.0},

@@ -62,11 +62,13 @@ class CsvParser {
   }
 
   bool header(std::string_view line) {
+    const std::size_t first = line.find_first_of(";\t|");
+    if (first != std::string_view::npos) separator_ = line[first];
     std::vector<std::string>& columns = out_.table.columns;
     std::set<std::string> known;
-    const auto count = static_cast<std::size_t>(std::count(line.begin(), line.end(), ',')) + 1;
+    const auto count = static_cast<std::size_t>(std::count(line.begin(), line.end(), separator_)) + 1;
     for (std::size_t i = 1; i <= count; ++i) {
-      std::string name(trim(take(line, ',')));
+      std::string name(trim(take(line, separator_)));
       double value = 0;
       const std::string field = "column " + std::to_string(i);
       if (name.empty())
@@ -82,7 +84,7 @@ class CsvParser {
 
   bool row(std::string_view line, bool last) {
     const std::vector<std::string>& columns = out_.table.columns;
-    const auto count = static_cast<std::size_t>(std::count(line.begin(), line.end(), ',')) + 1;
+    const auto count = static_cast<std::size_t>(std::count(line.begin(), line.end(), separator_)) + 1;
     if (count != columns.size()) {
       report(line_, "", std::to_string(count) + (count == 1 ? " value" : " values"),
              std::to_string(columns.size()) + " as in the header" + (last ? "; is the file cut off?" : ""));
@@ -90,9 +92,9 @@ class CsvParser {
     }
     row_.clear();
     for (const std::string& column : columns) {
-      const std::string_view text = trim(take(line, ','));
+      const std::string_view text = trim(take(line, separator_));
       double value = 0;
-      if (!parse_number(text, value)) {
+      if (!(separator_ == ',' ? parse_number(text, value) : parse_number(with_decimal_point(text), value))) {
         report(line_, column, "'" + shortened(text) + "'", "a finite number");
         return false;
       }
@@ -111,6 +113,13 @@ class CsvParser {
         static_cast<Eigen::Index>(out_.table.columns.size()));
   }
 
+  /// Spreadsheets of many countries write decimal commas, and then another separator.
+  static std::string with_decimal_point(std::string_view text) {
+    std::string out(text);
+    if (std::count(out.begin(), out.end(), ',') == 1) out[out.find(',')] = '.';
+    return out;
+  }
+
   static bool parse_number(std::string_view text, double& value) {
     if (text.starts_with('+')) text.remove_prefix(1);
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -118,6 +127,7 @@ class CsvParser {
   }
 
   std::string source_;
+  char separator_ = ',';
   int line_ = 0;
   std::vector<double> row_;
   ParsedCsv out_;

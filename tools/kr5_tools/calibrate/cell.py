@@ -6,15 +6,16 @@ from typing import Annotated, Any, Literal
 import kr5
 import numpy as np
 import typer
-from kr5 import calibration, cell, io
+from kr5 import calibration, cell
 from kr5.files.results import write_if_usable, write_result
 from kr5.files.writing import check_writable
+from kr5.tables.options import TableOptions
 
 from kr5_tools.calibrate.datasets import camera_of, read_dataset, residuals_of, target_of
 from kr5_tools.calibrate.hand_eye_result import frames_of, predict_target
 from kr5_tools.calibrate.laser_data import read_scans
 from kr5_tools.calibrate.laser_views import find_views, named_targets
-from kr5_tools.calibrate.postures import Columns, joint_values
+from kr5_tools.calibrate.postures import read_joint_values
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.cell_output import (
     WriteCellOption,
@@ -25,7 +26,7 @@ from kr5_tools.cli.cell_output import (
 )
 from kr5_tools.cli.numbers import format_number, table_unit
 from kr5_tools.cli.options import options_from
-from kr5_tools.cli.pose_options import AngleUnit, JointColumns
+from kr5_tools.cli.table_options import AngleUnit, ColumnsOption, JointColumns, tell_notes
 from kr5_tools.cli.tables import figure_row, make_table, pose_figures, print_result
 from kr5_tools.cli.terminal import console, fail, print_note, spinner
 from kr5_tools.exports.command_line import Exports, export_options
@@ -61,11 +62,12 @@ def calibrate_cell(
     arm: Annotated[
         Path | None,
         typer.Option(
-            "--joint-values", metavar="CSV", help="Joint values, one row per image; the arm is then also calibrated."
+            "--joint-values", metavar="TABLE", help="Joint values, one row per image; the arm is then also calibrated."
         ),
     ] = None,
+    columns: ColumnsOption = None,
     joints: JointColumns = None,
-    angle: AngleUnit = "rad",
+    angle: AngleUnit = None,
     cell_file: Annotated[
         Path | None,
         typer.Option(
@@ -107,7 +109,8 @@ def calibrate_cell(
     data.mount = options.mount = mount or data.mount
     wanted = target_of(target or data.target, dataset or folder / "dataset.yaml")
     believed: Any = cell.load_cell(cell_file) if cell_file else None
-    q = _joints(arm, believed, Columns(joints=joints, angle=angle), data)
+    tables = TableOptions(columns, joints, angle=angle)
+    q = _joints(arm, believed, tables, data)
     seen = find_in_images(data.images, wanted, least=3, points=4)
     lens, camera_source = camera_of(str(camera) if camera else data.camera, seen)
     poses = data.poses()
@@ -123,7 +126,9 @@ def calibrate_cell(
         markers=wanted.map if wanted.kind == kr5.TargetKind.MarkerMap else [],
         **({"arm": believed.nominal_chain()} if q is not None else {}),
     )
-    scanned = _scan(scan, scan_target or [], Columns(angle=angle), q is not None)
+    of_scan = TableOptions(angle=angle)
+    scanned = _scan(scan, scan_target or [], of_scan, q is not None)
+    tell_notes([*tables.notes, *of_scan.notes])
     with spinner("Calibrating"):
         result = calibration.calibrate_cell(stops, geometry, options, scanned)
     judged = []
@@ -168,14 +173,14 @@ def _put_result(believed: Any, result: Any, target: Any) -> None:
         print_note("the places of the scanned targets are not written into the cell")
 
 
-def _joints(arm: Path | None, believed: Any, columns: Columns, data: Any) -> np.ndarray | None:
+def _joints(arm: Path | None, believed: Any, columns: TableOptions, data: Any) -> np.ndarray | None:
     """Joint values of every image, checked against the robot poses."""
     if not arm:
         return None
     if believed is None:
         fail("--joint-values: needs --cell, a cell with the nominal arm (kr5 cell import makes one from a URDF)")
     chain = believed.nominal_chain()
-    q = joint_values(arm, io.load_csv(arm), chain.joints, columns)
+    q = read_joint_values(arm, chain.joints, columns)
     if len(q) != len(data.images):
         fail(f"{arm}: found {len(q)} rows, expected one for each of the {len(data.images)} images, in their order")
     off = [
@@ -190,11 +195,11 @@ def _joints(arm: Path | None, believed: Any, columns: Columns, data: Any) -> np.
     return q
 
 
-def _scan(folder: Path | None, given: list[str], columns: Columns, with_arm: bool) -> Any:
+def _scan(folder: Path | None, given: list[str], columns: TableOptions, with_arm: bool) -> Any:
     """What the scanner saw of its targets."""
     if not folder:
         return calibration.CellScan()
-    data = read_scans([folder], columns, "m", 0.0, 0.1)
+    data = read_scans([folder], columns, None, 0.0, 0.1)
     targets = named_targets(given, data)
     if with_arm and not data.q:
         fail(f"{folder}: found no joint values (columns q1 … of poses.csv), which --joint-values needs")

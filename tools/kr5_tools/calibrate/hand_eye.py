@@ -9,6 +9,7 @@ import typer
 from kr5 import calibration
 from kr5.files.images import thinned
 from kr5.files.writing import check_writable
+from kr5.tables.options import TableOptions
 
 from kr5_tools.calibrate.datasets import camera_of, read_dataset, residuals_of, target_of
 from kr5_tools.calibrate.hand_eye_pairs import calibrate_pairs, refuse_image_options, refuse_pair_options
@@ -23,7 +24,7 @@ from kr5_tools.calibrate.hand_eye_result import (
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.cell_output import CellOption, WriteCellOption, load_target_cell
 from kr5_tools.cli.options import options_from
-from kr5_tools.cli.pose_options import CameraMeaning, Convention, RobotMeaning
+from kr5_tools.cli.table_options import CameraMeaning, ColumnsOption, Convention, PoseAngle, PoseLength, RobotMeaning
 from kr5_tools.cli.terminal import console, print_note, spinner
 from kr5_tools.exports.command_line import Exports, export_options
 from kr5_tools.targets.sightings import Sightings, find_in_images
@@ -41,8 +42,8 @@ def hand_eye(
         typer.Argument(
             metavar="FOLDER|PAIRS",
             help=(
-                "Folder of images and robot poses, with a dataset.yaml in it; or a file of pairs of poses: a CSV"
-                " (robot_x …, camera_x …), samples of MoveIt (YAML, JSON) or of easy_handeye."
+                "Folder of images and robot poses, with a dataset.yaml in it; or a file of pairs of poses: a table"
+                " (robot_x …, camera_x …), samples of MoveIt (YAML, JSON) or of easy_handeye, or OpenCV's matrices."
             ),
         ),
     ],
@@ -78,9 +79,10 @@ def hand_eye(
     ] = None,
     robot_meaning: RobotMeaning = None,
     camera_meaning: CameraMeaning = None,
+    columns: ColumnsOption = None,
     convention: Convention = None,
-    length: Annotated[Literal["m", "mm"] | None, typer.Option(help="Pairs in a CSV: unit of positions.")] = None,
-    angle: Annotated[Literal["rad", "deg"] | None, typer.Option(help="Pairs in a CSV: unit of angles.")] = None,
+    length: PoseLength = None,
+    angle: PoseAngle = None,
     sigma_camera_rotation: Annotated[
         float, typer.Option(help="Pairs: noise of a measured target orientation per axis \\[rad]; 0: estimated.")
     ] = 0.0,
@@ -104,14 +106,14 @@ def hand_eye(
     )  # what is enough to calibrate is enough to judge
     judging.validate()
     believed = load_target_cell(cell_file, write_cell)
-    if folder.is_file():
+    if folder.is_file() or (camera_poses and not folder.is_dir()):
         refuse_image_options(dataset, camera, target, options.sigma_pixel)
         usable = calibrate_pairs(
             folder,
             camera_poses,
             mount,
             (robot_meaning, camera_meaning),
-            (convention, length, angle),
+            TableOptions(columns, convention=convention, length=length, angle=angle),
             options,
             sigma_camera_rotation,
             judging,
@@ -124,7 +126,9 @@ def hand_eye(
         if not usable:
             raise typer.Exit(1)
         return
-    refuse_pair_options(camera_poses, robot_meaning, camera_meaning, convention, length, angle, sigma_camera_rotation)
+    refuse_pair_options(
+        *(camera_poses, robot_meaning, camera_meaning, columns, convention, length, angle, sigma_camera_rotation)
+    )
     data = read_dataset(folder, dataset)
     tables = [f for f in folder.rglob("*") if f.suffix.lower() in (".csv", ".txt", ".yaml", ".yml")]
     read = [*data.images, *tables, dataset, camera, target, cell_file]

@@ -8,6 +8,7 @@ import kr5
 import numpy as np
 from kr5 import calibration
 from kr5.files.writing import check_writable
+from kr5.tables.options import TableOptions
 
 from kr5_tools.calibrate.hand_eye_result import (
     figures_of,
@@ -17,6 +18,7 @@ from kr5_tools.calibrate.hand_eye_result import (
     write_hand_eye,
 )
 from kr5_tools.calibrate.pose_pairs import PosePairs, read_pairs_file
+from kr5_tools.cli.table_options import tell_notes
 from kr5_tools.cli.terminal import console, spinner
 from kr5_tools.exports.command_line import Exports
 
@@ -36,7 +38,7 @@ def refuse_image_options(dataset: Path | None, camera: Path | None, target: str 
 def refuse_pair_options(*values: Any) -> None:
     """Complains of what only pairs of poses can use."""
     meanings = ("--camera-poses", "--robot-meaning", "--camera-meaning")
-    names = (*meanings, "--convention", "--length", "--angle", "--sigma-camera-rotation")
+    names = (*meanings, "--columns", "--convention", "--length", "--angle", "--sigma-camera-rotation")
     if flags := [flag for flag, value in zip(names, values, strict=True) if value]:
         raise kr5.InvalidArgument(
             f"{', '.join(flags)}: only with a file of pairs of poses; a folder says its convention in dataset.yaml"
@@ -48,7 +50,7 @@ def calibrate_pairs(
     camera_poses: Path | None,
     mount: str | None,
     meaning: tuple[str | None, str | None],
-    form: tuple[str | None, str | None, str | None],
+    wanted: TableOptions,
     options: Any,
     sigma_camera_rotation: float,
     judging: Any,
@@ -61,7 +63,8 @@ def calibrate_pairs(
     """Calibrates, diagnoses, tells and writes; says whether the result may be used."""
     exports.check_parts("poses")
     check_writable(output, json_file, write_cell, *exports.files, inputs=[file, camera_poses])
-    data = read_pairs_file(file, camera_poses, *form, mount=mount)
+    data = read_pairs_file(file, camera_poses, wanted, mount=mount)
+    tell_notes(wanted.notes)
     data.mount = mount or data.mount
     if data.mount is None:
         raise kr5.FileError(

@@ -9,10 +9,11 @@ import typer
 from kr5 import calibration, cell
 from kr5.files.results import write_if_usable, write_result
 from kr5.files.writing import check_writable
+from kr5.tables.options import TableOptions
 
 from kr5_tools.calibrate.further_postures import held_out_text, judge, need_placing
 from kr5_tools.calibrate.posture_checks import posture_doubts, require_motion
-from kr5_tools.calibrate.postures import Columns, read_postures, read_socket, recorded_postures
+from kr5_tools.calibrate.postures import read_postures, read_socket, recorded_postures
 from kr5_tools.calibrate.recorded_arm import (
     CameraCheck,
     add_torques,
@@ -25,7 +26,15 @@ from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.cell_output import write_cell_file
 from kr5_tools.cli.numbers import table_unit
 from kr5_tools.cli.options import options_from
-from kr5_tools.cli.pose_options import AngleUnit, Convention, JointColumns, LengthUnit, PositionColumns
+from kr5_tools.cli.table_options import (
+    AngleUnit,
+    ColumnsOption,
+    Convention,
+    JointColumns,
+    LengthUnit,
+    PositionColumns,
+    tell_notes,
+)
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import console, fail, print_note, spinner
 from kr5_tools.exports.command_line import Exports, export_options
@@ -49,8 +58,8 @@ def calibrate_kinematics(
         Path | None,
         typer.Argument(
             help=(
-                "CSV of joint values and what was measured: one point (x y z), several (x1 y1 z1 x2 …) or a pose (x y z"
-                " and an orientation); or the folder of a recording with poses, and views of the board by the camera."
+                "Table of joint values and what was measured: one point (x y z), several (x1 y1 z1 x2 …) or a pose (x y"
+                " z and an orientation); or the folder of a recording with poses, and views of the board by the camera."
             )
         ),
     ] = None,
@@ -67,12 +76,13 @@ def calibrate_kinematics(
         list[str] | None,
         typer.Option(metavar="A,B,METRES", help="Known distance of two sockets; may be given several times."),
     ] = None,
-    check: Annotated[Path | None, typer.Option(help="CSV of further postures, for validation only.")] = None,
+    check: Annotated[Path | None, typer.Option(help="Table of further postures, for validation only.")] = None,
+    columns: ColumnsOption = None,
     joints: JointColumns = None,
     position: PositionColumns = None,
     convention: Convention = None,
-    length: LengthUnit = "m",
-    angle: AngleUnit = "rad",
+    length: LengthUnit = None,
+    angle: AngleUnit = None,
     known_base: Annotated[
         bool, typer.Option("--known-base", help="The measuring device reports in the base of the arm.")
     ] = False,
@@ -116,7 +126,7 @@ def calibrate_kinematics(
     recording = cell.load_recording(postures) if postures and postures.is_dir() else None
     believed = _cell(cell_file, recording)
     chain = believed.nominal_chain()
-    wanted = Columns(joints, position, convention, length, angle)
+    wanted = TableOptions(columns, joints, position, convention, length, angle)
     seen = _fit_postures(postures, recording, chain, wanted)
     views = recorded_views(recording, "fit", len(chain.joints)) if recording else []
     if recording:
@@ -129,13 +139,14 @@ def calibrate_kinematics(
             fail(f"--socket: found {entry!r}, expected NAME=FILE, e.g. left=left.csv")
         seen += read_socket(name, Path(file), chain.joints, wanted)
     if not seen:
-        fail("there are no postures; specify a CSV, the folder of a recording, or --socket")
+        fail("there are no postures; specify a table, the folder of a recording, or --socket")
     if elasticity:
         options.elasticity = True
         add_torques(seen, believed)
     require_motion(seen)
     distances = [_distance(text) for text in distance or []]
     further = _check_postures(recording, check, chain, wanted)
+    tell_notes(wanted.notes)
     need_placing(seen, further)
     camera_check = None
     with spinner("Calibrating"):
@@ -195,7 +206,7 @@ def _distance(text: str) -> Any:
         fail(f"--distance: found {text!r}, expected A,B,METRES, e.g. left,right,0.05")
 
 
-def _fit_postures(postures: Path | None, recording: Any, chain: Any, wanted: Columns) -> list[Any]:
+def _fit_postures(postures: Path | None, recording: Any, chain: Any, wanted: TableOptions) -> list[Any]:
     if not postures:
         return []
     if not recording:
@@ -205,7 +216,7 @@ def _fit_postures(postures: Path | None, recording: Any, chain: Any, wanted: Col
     fail(f"{postures}: there are no poses with the split fit; expected an experiment of the kind poses")
 
 
-def _check_postures(recording: Any, check: Path | None, chain: Any, wanted: Columns) -> list[Any]:
+def _check_postures(recording: Any, check: Path | None, chain: Any, wanted: TableOptions) -> list[Any]:
     if check:
         return _fit_postures(check, cell.load_recording(check) if check.is_dir() else None, chain, wanted)
     return recorded_postures(recording, "check", len(chain.joints)) if recording else []

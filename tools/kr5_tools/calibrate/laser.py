@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import kr5
 import numpy as np
@@ -11,15 +11,15 @@ from kr5 import calibration, cell
 from kr5.files.camera import load_camera
 from kr5.files.results import read_result, write_if_usable, write_result
 from kr5.files.writing import beside, check_writable
+from kr5.tables.options import TableOptions
 
 from kr5_tools.calibrate import laser_data, laser_overlay
 from kr5_tools.calibrate.laser_cloud import check_cloud_ending, cloud_of, thinned_cloud, write_cloud
 from kr5_tools.calibrate.laser_views import find_views, named_targets
-from kr5_tools.calibrate.postures import LENGTHS, Columns
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.cell_output import put_scanner_pose
 from kr5_tools.cli.options import options_from
-from kr5_tools.cli.pose_options import AngleUnit, Convention, LengthUnit
+from kr5_tools.cli.table_options import AngleUnit, ColumnsOption, Convention, LengthUnit, tell_notes
 from kr5_tools.cli.tables import figure_row, make_table, pose_figures, print_result
 from kr5_tools.cli.terminal import console, fail, print_note, spinner
 from kr5_tools.exports.command_line import Exports, export_options
@@ -62,10 +62,14 @@ def calibrate_laser(
     refine_arm: Annotated[
         bool, typer.Option("--refine-arm", help="Also estimate the arm's DH parameters; needs q1 … and a cell.")
     ] = False,
+    columns: ColumnsOption = None,
     convention: Convention = None,
-    length: LengthUnit = "m",
-    profile_length: Annotated[str, typer.Option(metavar="m|mm", help="Unit of x and z of the profiles.")] = "m",
-    angle: AngleUnit = "rad",
+    length: LengthUnit = None,
+    profile_length: Annotated[
+        Literal["m", "mm"] | None,
+        typer.Option(help="Unit of x and z of the profiles; by default as names or numbers show, else m."),
+    ] = None,
+    angle: AngleUnit = None,
     delay: Annotated[float, typer.Option(help="Time by which the stamps of the profiles are late \\[s].")] = 0.0,
     max_gap: Annotated[float, typer.Option(help="Longest time between two poses to interpolate across \\[s].")] = 0.1,
     overlay: Annotated[
@@ -99,8 +103,6 @@ def calibrate_laser(
     pictures = _overlay_files(overlay or [], overlay_folder)
     written = (output, json_file, cloud, write_cell, *(out for _, _, out in pictures), *exports.files)
     check_writable(*written, inputs=[*sources, cell_file])
-    if profile_length not in LENGTHS:
-        fail(f"--profile-length: found {profile_length}, expected m or mm")
     check_cloud_ending(cloud)
     if not (np.isfinite(delay) and max_gap > 0):
         fail(f"--delay, --max-gap: found {delay} and {max_gap}, expected times [s]")
@@ -111,8 +113,9 @@ def calibrate_laser(
     if recording:
         data, targets = laser_data.recorded_scans(recording, "fit")
     else:
-        wanted = Columns(None, None, convention, length, angle)
+        wanted = TableOptions(columns, convention=convention, length=length, angle=angle)
         data = laser_data.read_scans(sources, wanted, profile_length, delay, max_gap)
+        tell_notes(wanted.notes)
         targets = named_targets(target or [], data)
     if believed and believed.laser and believed.T_flange_scanner() is not None:
         options.T_flange_scanner = believed.T_flange_scanner()

@@ -1,23 +1,29 @@
-"""Profiles of a line scanner with the poses at which they were taken: from two CSV files, a folder with both, or a
+"""Profiles of a line scanner with the poses at which they were taken: from two tables, a folder with both, or a
 recording with scans."""
 
-import csv
-import math
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import kr5
 import numpy as np
 from kr5 import calibration
-
-from kr5_tools.calibrate.postures import LENGTHS, Columns, orientation_of
+from kr5.tables.options import TableOptions
+from kr5.tables.read_table import read_table
+from kr5.tables.roles import OPTIONAL_TIME, PoseRole, Role, TextRole, Units, joints_role
+from kr5.tables.table import Table
 
 FORMS = (
     "a folder with profiles.csv and poses.csv, these two files, or the folder of a recording with experiments of the"
     " kind scan"
 )
+PROFILE = TextRole("profile", "the name of a profile")
+PROFILE_OF_POSE = TextRole("profile", "the name of a profile", needed=False)
+TARGET = TextRole("target", "the name of a target", needed=False)
+COORDINATES = [
+    Role(axis, "points of a profile", "length", may_lack=True, unit_option="--profile-length", largest=5.0)
+    for axis in "xz"
+]
 LEAST_RANGE = 2e-3  # below, a range in metres was divided by a thousand twice [m]
 
 
@@ -33,46 +39,10 @@ class ScanData:
     dropped: list[str] = field(default_factory=list)  # profiles outside the times of the poses
 
 
-class TextTable:
-    """A CSV with a header whose fields may be text or empty, with the line of each row."""
-
-    def __init__(self, file: Path) -> None:
-        self.file = file
-        try:
-            with file.open(newline="", encoding="utf-8") as stream:
-                rows = [(k, row) for k, row in enumerate(csv.reader(stream), 1) if any(f.strip() for f in row)]
-        except csv.Error as error:
-            raise kr5.FileError(file, f"cannot be read ({error})") from error
-        if not rows:
-            raise kr5.FileError(file, "is empty; expected a header line and rows")
-        self.columns = [name.strip() for name in rows[0][1]]
-        if len(set(self.columns)) != len(self.columns) or "" in self.columns:
-            raise kr5.FileError(file, f"line 1: found the columns {', '.join(self.columns)}, expected different names")
-        self.lines = [number for number, _ in rows[1:]]
-        for number, row in rows[1:]:
-            if len(row) != len(self.columns):
-                raise kr5.FileError(file, f"line {number}: found {len(row)} values, expected {len(self.columns)}")
-        self.text = {name: [row[k].strip() for _, row in rows[1:]] for k, name in enumerate(self.columns)}
-        if not self.lines:
-            raise kr5.FileError(file, "has a header, but no rows")
-
-    def numbers(self, name: str, missing: bool = False) -> np.ndarray:
-        """A column of numbers; with `missing` a field may be empty or nan, which is NaN."""
-        if name not in self.text:
-            raise kr5.FileError(self.file, f"found the columns {', '.join(self.columns)}; missing: {name}")
-        out = np.empty(len(self.lines))
-        for k, word in enumerate(self.text[name]):
-            try:
-                out[k] = float(word) if word else math.nan
-            except ValueError:
-                out[k] = math.inf
-            if math.isinf(out[k]) or (math.isnan(out[k]) and not missing):
-                raise kr5.FileError(self.file, f"line {self.lines[k]}: {name}: found {word!r}, expected a number")
-        return out
-
-
-def read_scans(sources: list[Path], wanted: Columns, profile_length: str, delay: float, max_gap: float) -> ScanData:
-    """Profiles and poses of CSV files, or of the folder with both."""
+def read_scans(
+    sources: list[Path], wanted: TableOptions, profile_length: str | None, delay: float, max_gap: float
+) -> ScanData:
+    """Profiles and poses of two tables, or of the folder with both."""
     if len(sources) == 1 and sources[0].is_dir():
         sources = [sources[0] / "profiles.csv", sources[0] / "poses.csv"]
     for file in sources:
@@ -80,76 +50,61 @@ def read_scans(sources: list[Path], wanted: Columns, profile_length: str, delay:
             raise kr5.FileError(file, f"no such file; expected {FORMS}")
     if len(sources) != 2:
         raise kr5.InvalidArgument(f"found {', '.join(map(str, sources))}; expected {FORMS}")
-    points, poses = TextTable(sources[0]), TextTable(sources[1])
     data = ScanData()
-    keys, times = _read_profiles(points, profile_length, data)
-    _add_poses(poses, keys, times, wanted, delay, max_gap, data)
+    keys, times = _read_profiles(sources[0], wanted, profile_length, data)
+    poses = wanted.read(sources[1], [PROFILE_OF_POSE, TARGET, OPTIONAL_TIME, PoseRole(), joints_role(needed=False)])
+    _add_poses(poses, keys, times, delay, max_gap, data)
     return data
 
 
-def _read_profiles(table: TextTable, length: str, data: ScanData) -> tuple[list[str], np.ndarray | None]:
+def _read_profiles(
+    file: Path, wanted: TableOptions, length: str | None, data: ScanData
+) -> tuple[list[str], np.ndarray | None]:
     """Fills in the profiles; their keys, in the order of the file, and their times."""
-    missing = [name for name in ("profile", "x", "z") if name not in table.text]
-    if missing:
-        raise kr5.FileError(
-            table.file,
-            f"found the columns {', '.join(table.columns)}; missing: {', '.join(missing)}"
-            " (a row a point: profile, x, z)",
-        )
-    x, z = (LENGTHS[length] * table.numbers(name, missing=True) for name in ("x", "z"))
-    _check_coordinates(table.file, x, z, length)
-    t = table.numbers("t") if "t" in table.text else None
+    table = read_table(file, [PROFILE, *COORDINATES, OPTIONAL_TIME, TARGET], Units(length))
+    wanted.tell(table.notes)
+    x, z = table["x"], table["z"]
+    _check_coordinates(file, x, z)
     rows: dict[str, list[int]] = {}
-    for k, key in enumerate(table.text["profile"]):
+    for k, key in enumerate(table.words["profile"]):
         rows.setdefault(key, []).append(k)
     for key, of_profile in rows.items():
         data.names.append(key)
         data.profiles.append(calibration.LineProfile(x=x[of_profile], z=z[of_profile]))
-        data.targets.append(table.text["target"][of_profile[0]] if "target" in table.text else "")
-    return list(rows), None if t is None else np.array([t[of_profile[0]] for of_profile in rows.values()])
+        data.targets.append(table.words["target"][of_profile[0]] if "target" in table else "")
+    return list(rows), None if "t" not in table else np.array([table["t"][k[0]] for k in rows.values()])
 
 
-def _check_coordinates(file: Path, x: np.ndarray, z: np.ndarray, length: str) -> None:
+def _check_coordinates(file: Path, x: np.ndarray, z: np.ndarray) -> None:
     seen = np.isfinite(x) & np.isfinite(z)
     if not seen.any():
         raise kr5.FileError(file, "no point has both x and z")
     x, z = x[seen], z[seen]
-    other = "mm" if length == "m" else "m"
-    if max(np.abs(x).max(), np.abs(z).max()) > 5:
-        raise kr5.FileError(
-            file, f"coordinates of up to {max(np.abs(x).max(), np.abs(z).max()):.0f} m; --profile-length {other}?"
-        )
     if np.median(np.abs(z)) < LEAST_RANGE and np.median(np.abs(x)) < LEAST_RANGE:
-        raise kr5.FileError(file, f"ranges of {1e3 * np.median(np.abs(z)):.3f} mm; --profile-length {other}?")
+        raise kr5.FileError(file, f"ranges of {1e3 * np.median(np.abs(z)):.3f} mm; --profile-length m?")
     if x.min() > 0 and z.min() < 0 < z.max():
         raise kr5.FileError(file, "x is always positive and z is not: are the columns x and z swapped?")
 
 
 def _add_poses(
-    table: TextTable,
-    keys: list[str],
-    times: np.ndarray | None,
-    wanted: Columns,
-    delay: float,
-    max_gap: float,
-    data: ScanData,
+    table: Table, keys: list[str], times: np.ndarray | None, delay: float, max_gap: float, data: ScanData
 ) -> None:
     """The pose of each profile: by its key, by its time, or in the same order."""
-    T = _poses_of(table, wanted)
-    q = _joints_of(table, wanted)
-    if "target" in table.text and not any(data.targets):
-        if "profile" not in table.text:
+    T, q = table.poses["pose"], table.get("q")
+    profiles = table.words.get("profile")
+    if "target" in table and not any(data.targets):
+        if profiles is None:
             raise kr5.FileError(table.file, "target: needs a column profile, which says whose target it is")
-        of_key = dict(zip(table.text["profile"], table.text["target"], strict=True))
+        of_key = dict(zip(profiles, table.words["target"], strict=True))
         data.targets = [of_key.get(key, "") for key in keys]
-    if "profile" in table.text:
-        row = {key: k for k, key in enumerate(table.text["profile"])}
+    if profiles is not None:
+        row = {key: k for k, key in enumerate(profiles)}
         if len(row) != len(T):
             raise kr5.FileError(table.file, "a profile has several poses")
         if lost := [key for key in keys if key not in row]:
             raise kr5.FileError(table.file, f"there is no pose of profile {', '.join(lost[:5])}")
         order = [row[key] for key in keys]
-    elif times is not None and "t" in table.text:
+    elif times is not None and "t" in table:
         _interpolate(table, T, times - delay, max_gap, data)
         return
     elif len(T) == len(keys):
@@ -164,8 +119,8 @@ def _add_poses(
     data.q = [q[k] for k in order] if q is not None else []
 
 
-def _interpolate(table: TextTable, T: list[Any], times: np.ndarray, max_gap: float, data: ScanData) -> None:
-    poses, inside = calibration.interpolate_poses(list(table.numbers("t")), T, list(times), max_gap)
+def _interpolate(table: Table, T: list[Any], times: np.ndarray, max_gap: float, data: ScanData) -> None:
+    poses, inside = calibration.interpolate_poses(list(table["t"]), T, list(times), max_gap)
     kept = [k for k, known in enumerate(inside) if known]
     data.dropped = [name for name, known in zip(data.names, inside, strict=True) if not known]
     if not kept:
@@ -178,33 +133,6 @@ def _interpolate(table: TextTable, T: list[Any], times: np.ndarray, max_gap: flo
     data.profiles = [data.profiles[k] for k in kept]
     data.targets = [data.targets[k] for k in kept]
     data.poses = [poses[k] for k in kept]
-
-
-def _poses_of(table: TextTable, wanted: Columns) -> list[Any]:
-    names = [name for name in table.columns if name not in ("profile", "target")]
-    numbers = SimpleNamespace(columns=names, values=np.column_stack([table.numbers(name) for name in names]))
-    if lost := [name for name in "xyz" if name not in names]:
-        raise kr5.FileError(table.file, f"found the columns {', '.join(table.columns)}; missing: {', '.join(lost)}")
-    T = orientation_of(table.file, numbers, [["x", "y", "z"]], wanted)
-    if T is None:
-        raise kr5.FileError(
-            table.file,
-            f"found the columns {', '.join(table.columns)}; expected an orientation beside x y z: qx qy"
-            " qz qw, rx ry rz, roll pitch yaw or a b c (see --convention)",
-        )
-    if (most := max(np.abs(pose[:3, 3]).max() for pose in T)) > 100:
-        raise kr5.FileError(table.file, f"positions of up to {most:.0f} m; --length mm?")
-    return T
-
-
-def _joints_of(table: TextTable, wanted: Columns) -> np.ndarray | None:
-    count = 0
-    while f"q{count + 1}" in table.text:
-        count += 1
-    if not count:
-        return None
-    scale = np.pi / 180 if wanted.angle == "deg" else 1.0
-    return np.column_stack([scale * table.numbers(f"q{k + 1}") for k in range(count)])
 
 
 def recorded_scans(recording: Any, split: str) -> tuple[ScanData, list[Any]]:

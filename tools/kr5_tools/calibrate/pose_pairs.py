@@ -1,6 +1,7 @@
-"""Pairs of poses for a hand-eye calibration: a CSV, two files of poses, or what MoveIt, easy_handeye and easy_handeye2
+"""Pairs of poses for a hand-eye calibration: a table, two files of poses, or what MoveIt, easy_handeye and easy_handeye2
 save."""
 
+import re
 import shlex
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -8,16 +9,19 @@ from typing import Annotated, Any
 
 import kr5
 import numpy as np
-from kr5 import calibration, io
+from kr5 import calibration
 from kr5.files.documents import OpenDocument, PoseMatrix, parse_json, parse_yaml, read_text, validate_document
+from kr5.logs.log_file import ENDINGS
+from kr5.tables.options import TableOptions
+from kr5.tables.read_table import column_names
+from kr5.tables.roles import OPTIONAL_TIME, PoseRole
 from pydantic import AfterValidator, Field
 
-from kr5_tools.calibrate.conventions import CONVENTIONS
-
 EXPECTED = (
-    "pairs of poses: a CSV with the columns robot_x … camera_x …, samples of MoveIt (effector_wrt_world,"
-    " object_wrt_sensor) or of easy_handeye (robot, tracking)"
+    "pairs of poses: a table with the columns robot_x … camera_x …, samples of MoveIt (effector_wrt_world,"
+    " object_wrt_sensor) or of easy_handeye (robot, tracking), or matrices of OpenCV (T1_0 …, T2_0 …)"
 )
+NUMBERED = re.compile(r"(.*?)_?\d+")
 PREFIXES = (("robot_", "camera_"), ("flange_", "target_"))
 MOUNTS = {"eye_in_hand": "eye_in_hand", "eye_on_hand": "eye_in_hand", "eye_on_base": "eye_to_hand"}
 
@@ -72,6 +76,10 @@ class MatrixPair(OpenDocument):
     pair: list[PoseMatrix] = Field(min_length=2, max_length=2, description="the robot's pose and the target's")
 
 
+class OpenCvMatrix(OpenDocument):
+    data: Matrix
+
+
 class EasySample(OpenDocument):
     robot: Transform | StampedTransform
     tracking: Transform | StampedTransform | None = None
@@ -100,10 +108,10 @@ class EasyLists(OpenDocument):
 
 
 def check_holds_no_pairs(folder: Path) -> None:
-    """Complains of a folder that is read as one of images, where one of its files is a CSV of pairs of poses."""
+    """Complains of a folder that is read as one of images, where one of its files is a table of pairs of poses."""
     for file in sorted(folder.glob("*.csv")):
         try:
-            columns = {c.lower() for c in io.load_csv(file).columns}
+            columns = set(column_names(file))
         except kr5.Error:
             continue
         if any({part + axis for part in parts for axis in "xyz"} <= columns for parts in PREFIXES):
@@ -115,24 +123,32 @@ def check_holds_no_pairs(folder: Path) -> None:
 
 
 def read_pairs_file(
-    file: Path,
-    camera_poses: Path | None = None,
-    convention: str | None = None,
-    length: str | None = None,
-    angle: str | None = None,
-    mount: Any = None,
+    file: Path, camera_poses: Path | None = None, wanted: TableOptions | None = None, mount: Any = None
 ) -> PosePairs:
     """The pairs of a file in any of the forms, or of two files of poses; `mount`, where it is known, says what
     easy_handeye meant."""
+    wanted = wanted or TableOptions()
+    for source in (file, camera_poses):
+        if source is not None and not source.exists():
+            raise kr5.FileError(source, f"no such file; expected {EXPECTED}")
     if camera_poses:
-        return _two_files(file, camera_poses, convention, length, angle)
-    if file.suffix.lower() == ".csv":
-        return _table(file, convention, length, angle)
-    if given := [flag for flag, v in (("--convention", convention), ("--length", length), ("--angle", angle)) if v]:
+        return _two_files(file, camera_poses, wanted)
+    if file.suffix.lower().lstrip(".") in ENDINGS:
+        return _table(file, wanted)
+    if given := [
+        flag
+        for flag, v in (
+            *(("--columns", wanted.columns), ("--convention", wanted.convention)),
+            *(("--length", wanted.length), ("--angle", wanted.angle)),
+        )
+        if v
+    ]:
         raise kr5.InvalidArgument(
-            f"{', '.join(given)}: only with a CSV; samples of MoveIt and easy_handeye are in m, with quaternions"
+            f"{', '.join(given)}: only with a table; samples of MoveIt and easy_handeye are in m, with quaternions"
         )
     text = read_text(file, EXPECTED)
+    if text.startswith("%YAML:1.0"):
+        return _opencv(file, text)
     data = (parse_json if file.suffix.lower() == ".json" else parse_yaml)(text, file, EXPECTED)
     if isinstance(data, list):
         return _moveit(file, data, text)
@@ -145,78 +161,65 @@ def read_pairs_file(
     raise kr5.FileError(file, f"found no pairs of poses; expected {EXPECTED}")
 
 
-def _form(name: str, length: str | None, angle: str | None) -> Any:
-    _, rotation, unit = CONVENTIONS[name]
-    position = length or ("mm" if name == "kuka" else "m")
-    return calibration.PoseFormat.from_dict({"position": position, "rotation": rotation, "angle": angle or unit})
-
-
-def _convention(file: Path, name: str | None, columns: list[str], prefix: str) -> str:
-    found = name or next((n for n, (want, *_) in CONVENTIONS.items() if {prefix + c for c in want} <= set(columns)), "")
-    if found not in CONVENTIONS:
-        raise kr5.FileError(
-            file,
-            f"found the columns {', '.join(columns)}, expected {prefix}x {prefix}y {prefix}z and an orientation"
-            f" such as {prefix}qx {prefix}qy {prefix}qz {prefix}qw, and the same of the camera; --convention is one of"
-            f" {', '.join(CONVENTIONS)}",
-        )
-    return found
-
-
-def _table(file: Path, convention: str | None, length: str | None, angle: str | None) -> PosePairs:
-    table = io.load_csv(file)
-    columns, values = [c.lower() for c in table.columns], np.asarray(table.values)
+def _table(file: Path, wanted: TableOptions) -> PosePairs:
+    """Units that nothing states are judged by the diagnosis, which sees both poses of a pair."""
+    columns = column_names(file, wanted.columns)
     prefixes = next((p for p in PREFIXES if all(f"{part}x" in columns for part in p)), PREFIXES[0])
-    rows = []
-    for prefix in prefixes:
-        name = _convention(file, convention, columns, prefix)
-        wanted = [prefix + c for c in ("x", "y", "z", *CONVENTIONS[name][0])]
-        if missing := [c for c in wanted if c not in columns]:
-            raise kr5.FileError(file, f"found the columns {', '.join(columns)}; missing: {', '.join(missing)}")
-        found = values[:, [columns.index(c) for c in wanted]]
-        rows.append(_checked(file, found, _form(name, length, angle), prefix, bool(length or angle)))
-    (robot, form), (camera, seen) = rows
-    times = next((list(values[:, columns.index(c)]) for c in ("t", "time", "stamp") if c in columns), [])
-    names = [f"{file.name}:{i + 2}" for i in range(len(robot))]
-    return PosePairs("CSV", robot, form, list(calibration.to_poses(camera, seen)), names, times)
+    stated = bool(wanted.length or wanted.angle)
+    roles = [PoseRole(part, prefix=part, strict=stated, guess_units=False) for part in prefixes]
+    table = wanted.read(file, [*roles, OPTIONAL_TIME])
+    robot, camera = prefixes
+    names = [table.row_name(i) for i in range(table.rows)]
+    times = [float(t) for t in table["t"]] if "t" in table else []
+    rows, form = table.pose_rows[robot], table.pose_formats[robot]
+    return PosePairs("CSV", rows, form, table.poses[camera], names, times)
 
 
-def _checked(file: Path, rows: np.ndarray, form: Any, what: str, stated: bool = False) -> tuple[np.ndarray, Any]:
-    """Refuses rows that cannot be read so, or whose size contradicts a stated unit; without, the diagnosis judges."""
-    if stated and (objections := calibration.format_objections(rows, form)):
-        raise kr5.FileError(
-            file,
-            f"{what}… read as {form.position}, {form.angle}: {'; '.join(objections)}",
-            remedy="see --length, --angle",
-        )
+def _checked(file: Path, rows: np.ndarray, form: Any, what: str) -> None:
+    """Refuses rows that cannot be read so."""
     try:
         calibration.to_poses(rows, form)
     except kr5.InvalidArgument as error:
         raise kr5.FileError(file, f"{what}… read as {form.rotation}: {error}") from error
-    return rows, form
 
 
-def _two_files(file: Path, camera: Path, convention: str | None, length: str | None, angle: str | None) -> PosePairs:
-    name = convention or "quaternion"
-    if name not in CONVENTIONS:
-        raise kr5.InvalidArgument(f"--convention: found {name}, expected one of {', '.join(CONVENTIONS)}")
-    form = _form(name, length, angle)
-    robot, seen = (calibration.load_poses(str(f), form.rotation) for f in (file, camera))
-    if len(robot) != len(seen):
+def _two_files(file: Path, camera: Path, wanted: TableOptions) -> PosePairs:
+    stated = bool(wanted.length or wanted.angle)
+    robot, seen = (wanted.read_poses(f, strict=stated, guess_units=False) for f in (file, camera))
+    if len(robot.rows) != len(seen.rows):
         raise kr5.InvalidArgument(
-            f"{camera}: found {len(seen)} poses of the target for {len(robot)} robot poses in {file};"
+            f"{camera}: found {len(seen.rows)} poses of the target for {len(robot.rows)} robot poses in {file};"
             " expected one for each, in the same order"
         )
-    stated = bool(length or angle)
-    _checked(file, robot, form, "", stated), _checked(camera, seen, form, "", stated)
-    names = [f"{file.name}:{i + 1}" for i in range(len(robot))]
-    return PosePairs("two files of poses", robot, form, list(calibration.to_poses(seen, form)), names)
+    return PosePairs("two files of poses", robot.rows, robot.format, seen.poses, robot.names)
+
+
+def _opencv(file: Path, text: str) -> PosePairs:
+    """4 x 4 matrices as OpenCV's FileStorage writes them, numbered in two families: the hand in the base before the
+    target in the camera, as cv::calibrateHandEye takes them."""
+    plain = text.replace("!!opencv-matrix", "")
+    data = parse_yaml("\n".join(plain.splitlines()[1:]), file, EXPECTED)
+    families: dict[str, list[list[float]]] = {}
+    for key, value in data.items() if isinstance(data, dict) else ():
+        if isinstance(value, dict) and "data" in value and (match := NUMBERED.fullmatch(str(key))):
+            matrix = validate_document(value, OpenCvMatrix, file, text, at=(key,))
+            families.setdefault(match[1], []).append(matrix.data)
+    if len(families) != 2 or len({len(f) for f in families.values()}) != 1:
+        found = ", ".join(f"{len(f)} named {name}…" for name, f in families.items()) or "none"
+        raise kr5.FileError(
+            file,
+            f"found the 4 x 4 matrices {found}; expected two families of as many, numbered, such as T1_0 … of"
+            " the hand in the base, and T2_0 … of the target in the camera",
+        )
+    robot, seen = families.values()
+    return _from_matrices("OpenCV", file, list(robot), list(seen))
 
 
 def _from_matrices(source: str, file: Path, robot: list[Any], seen: list[Any]) -> PosePairs:
     form = calibration.PoseFormat(rotation="matrix")
     rows, marks = (np.array([np.ravel(T) for T in poses], float).reshape(-1, 16) for poses in (robot, seen))
-    _checked(file, rows, form, "robot poses "), _checked(file, marks, form, "camera poses ")
+    _checked(file, rows, form, "robot poses ")
+    _checked(file, marks, form, "camera poses ")
     names = [f"sample {i + 1}" for i in range(len(rows))]
     return PosePairs(source, rows, form, list(calibration.to_poses(marks, form)), names)
 
@@ -243,7 +246,8 @@ def _from_transforms(source: str, file: Path, robot: list[Any], seen: list[Any],
     base."""
     form = calibration.PoseFormat(meaning="T_flange_base" if mount == "eye_to_hand" else "T_base_flange")
     rows, marks = (np.array([_row(T) for T in poses], float).reshape(-1, 7) for poses in (robot, seen))
-    _checked(file, rows, form, "robot "), _checked(file, marks, form, "tracking ")
+    _checked(file, rows, form, "robot ")
+    _checked(file, marks, form, "tracking ")
     names = [f"sample {i + 1}" for i in range(len(rows))]
     found = list(calibration.to_poses(marks, calibration.PoseFormat()))
     return PosePairs(source, rows, form, found, names, mount=mount)

@@ -6,14 +6,15 @@ from typing import Annotated, Any
 import kr5
 import numpy as np
 import typer
-from kr5 import calibration, cell, io, kinematics
+from kr5 import calibration, cell, kinematics
 from kr5.files.results import write_result
 from kr5.files.writing import check_writable, write_json, write_text
+from kr5.tables.options import TableOptions
 
-from kr5_tools.calibrate.postures import ANGLES, Columns, joint_values
+from kr5_tools.calibrate.postures import read_joint_values
 from kr5_tools.cli.arguments import JsonOption
 from kr5_tools.cli.options import options_from
-from kr5_tools.cli.pose_options import AngleUnit, JointColumns
+from kr5_tools.cli.table_options import AngleUnit, ColumnsOption, JointColumns, tell_notes
 from kr5_tools.cli.tables import figure_row, print_result
 from kr5_tools.cli.terminal import console, fail, spinner
 
@@ -32,15 +33,16 @@ def calibrate_postures(
     cell_file: Annotated[Path, typer.Option("--cell", metavar="CELL", help="Cell with the nominal arm.")],
     candidates: Annotated[
         Path | None,
-        typer.Option(metavar="CSV", help="Joint values to choose from; by default drawn within the limits."),
+        typer.Option(metavar="TABLE", help="Joint values to choose from; by default drawn within the limits."),
     ] = None,
     draw: Annotated[int, typer.Option(min=10, help="Number of candidates to draw.")] = 2000,
     lowest: Annotated[float, typer.Option(help="Minimum height of flange and tool tip above the base \\[m].")] = 0.1,
     see_board: Annotated[
         bool, typer.Option("--see-board", help="Only postures at which the camera of the cell sees its whole board.")
     ] = False,
+    columns: ColumnsOption = None,
     joints: JointColumns = None,
-    angle: AngleUnit = "rad",
+    angle: AngleUnit = None,
     seed: Annotated[int, typer.Option(help="Random seed.")] = 1,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="CSV", help="The postures, a row of joint values each.")
@@ -55,13 +57,14 @@ def calibrate_postures(
     check_writable(output, json_file, inputs=[f for f in (cell_file, candidates) if f])
     believed = cell.load_cell(cell_file)
     chain = believed.nominal_chain()
-    columns = Columns(joints=joints, angle=angle)
+    wanted = TableOptions(columns, joints, angle=angle)
     if not np.isfinite(lowest):
         fail(f"--lowest: found {lowest}, expected a height [m]")
-    if len(columns.joint_names(len(chain.joints))) != len(chain.joints):
+    if len(wanted.joint_names(len(chain.joints))) != len(chain.joints):
         fail(f"--joints: found {joints}, expected the names of {len(chain.joints)} columns, or one such as joint_{{}}")
     if candidates:
-        drawn = joint_values(candidates, io.load_csv(candidates), chain.joints, columns)
+        drawn = read_joint_values(candidates, chain.joints, wanted)
+        tell_notes(wanted.notes)
     else:
         with spinner("Drawing candidates"):
             drawn = draw_candidates(believed, draw, lowest, see_board, np.random.default_rng(seed))
@@ -73,10 +76,10 @@ def calibrate_postures(
     with spinner("Choosing"):
         choice = calibration.choose_postures(chain, list(drawn), options)
     chosen = drawn[choice.chosen]
-    names = columns.joint_names(chosen.shape[1])
+    names = wanted.joint_names(chosen.shape[1])
     revolute = np.array([str(j.type) != "prismatic" for j in chain.joints])
     if output:
-        rows = np.where(revolute, chosen / ANGLES[angle], chosen)
+        rows = np.where(revolute, np.degrees(chosen) if angle == "deg" else chosen, chosen)
         lines = [",".join(names), *(",".join(f"{v:.6f}" for v in row) for row in rows)]
         write_text("\n".join(lines) + "\n", output)
     data = write_result(

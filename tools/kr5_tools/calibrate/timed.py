@@ -5,13 +5,16 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
-from kr5 import calibration, io
+from kr5 import calibration
 from kr5.files import writing
 from kr5.files.results import write_if_usable, write_result
+from kr5.tables.options import TableOptions
+from kr5.tables.roles import TIME, PoseRole
 
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.cell_output import CellOption, WriteCellOption, load_target_cell, put_camera_pose, write_cell_file
 from kr5_tools.cli.options import options_from
+from kr5_tools.cli.table_options import ColumnsOption, Convention, PoseAngle, PoseLength, tell_notes
 from kr5_tools.cli.tables import figure_row, pose_figures, print_result
 from kr5_tools.cli.terminal import console, fail, spinner
 from kr5_tools.exports.command_line import Exports, export_options
@@ -19,7 +22,6 @@ from kr5_tools.exports.command_line import Exports, export_options
 app = typer.Typer()
 SLOWEST = 10.0  # [s] between rows; slower streams show no motion to compare
 LONGEST = 1e5  # [s] of a recording: a day and a bit
-COLUMNS = ("t", "x", "y", "z", "qx", "qy", "qz", "qw")
 
 
 @app.command(epilog="Example:  kr5 calibrate timed hand.csv camera.csv -o timed.json --png alignment.png")
@@ -27,13 +29,16 @@ COLUMNS = ("t", "x", "y", "z", "qx", "qy", "qz", "qw")
 @export_options("poses")
 def timed(
     hand: Annotated[
-        Path, typer.Argument(help="CSV of the hand in the base: t [s], x, y, z \\[m], qx, qy, qz, qw [-].")
+        Path,
+        typer.Argument(help="Table of the hand in the base: t, x, y, z and an orientation, such as qx, qy, qz, qw."),
     ],
-    camera: Annotated[
-        Path, typer.Argument(help="CSV of the camera in the frame of the target, with the same columns.")
-    ],
+    camera: Annotated[Path, typer.Argument(help="Table of the camera in the frame of the target, in the same form.")],
     options: calibration.TimedHandEyeOptions,
     exports: Exports,
+    columns: ColumnsOption = None,
+    convention: Convention = None,
+    length: PoseLength = None,
+    angle: PoseAngle = None,
     output: ResultOption = None,
     json_file: JsonOption = None,
     cell_file: CellOption = None,
@@ -46,7 +51,9 @@ def timed(
     options.validate()
     writing.check_writable(output, json_file, png, write_cell, *exports.files, inputs=[hand, camera, cell_file])
     believed = load_target_cell(cell_file, write_cell)
-    streams = load_stream(hand), load_stream(camera)
+    wanted = TableOptions(columns, convention=convention, length=length, angle=angle)
+    streams = load_stream(hand, wanted), load_stream(camera, wanted)
+    tell_notes(wanted.notes)
     with spinner("Aligning the streams"):
         result = calibration.calibrate_timed_hand_eye(*streams, options)
     data = write_result(None, "kr5-timed-hand-eye/1", **_keys(result, hand, camera))
@@ -68,24 +75,11 @@ def timed(
                 plt.close(drawn)
 
 
-def load_stream(file: Path) -> Any:
-    """A pose stream; the order of the quaternion is that of the column names."""
-    csv = io.load_csv(file)
-    columns = list(csv.columns)
-    if missing := [c for c in COLUMNS if c not in columns]:
-        fail(
-            f"{file}: found the columns {', '.join(columns)}, expected {', '.join(COLUMNS)}; missing:"
-            f" {', '.join(missing)}"
-        )
-    rows = np.asarray(csv.values)[:, [columns.index(c) for c in COLUMNS]]
-    norm = np.linalg.norm(rows[:, 4:], axis=1)
-    if (bad := np.flatnonzero(np.abs(norm - 1) > 0.02)).size:
-        fail(
-            f"{file}: row {bad[0] + 1}: qx qy qz qw: found length {norm[bad[0]]:.4g}, expected 1: are these"
-            " quaternions, and are the columns named in the right order?"
-        )
-    check_stamps(file, rows[:, 0])
-    return calibration.PoseStream(t=list(rows[:, 0]), poses=calibration.to_poses(rows[:, 1:], calibration.PoseFormat()))
+def load_stream(file: Path, wanted: TableOptions | None = None) -> Any:
+    """A pose stream; the order of a quaternion is that of the column names."""
+    table = (wanted or TableOptions()).read(file, [TIME, PoseRole(strict=False)])
+    check_stamps(file, table["t"])
+    return calibration.PoseStream(t=list(table["t"]), poses=table.poses["pose"])
 
 
 def check_stamps(file: Path, t: np.ndarray) -> None:

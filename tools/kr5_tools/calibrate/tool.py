@@ -5,15 +5,15 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
-from kr5 import calibration, io
+from kr5 import calibration
 from kr5.files.results import write_if_usable, write_result
 from kr5.files.writing import check_writable
+from kr5.tables.options import TableOptions
 
-from kr5_tools.calibrate.conventions import CONVENTIONS
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.cell_output import CellOption, WriteCellOption, load_target_cell, put_tool_tip, write_cell_file
 from kr5_tools.cli.options import options_from
-from kr5_tools.cli.pose_options import Convention, PoseAngle, PoseLength
+from kr5_tools.cli.table_options import ColumnsOption, Convention, PoseAngle, PoseLength, tell_notes
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import console, fail
 from kr5_tools.exports.command_line import Exports, export_options
@@ -29,7 +29,7 @@ def tool(
         Path,
         typer.Argument(
             help=(
-                "Flange poses in the base that touch one point: a CSV, or a folder whose dataset.yaml names poses and"
+                "Flange poses in the base that touch one point: a table, or a folder whose dataset.yaml names poses and"
                 " convention."
             )
         ),
@@ -39,6 +39,7 @@ def tool(
     dataset: Annotated[
         Path | None, typer.Option(help="A dataset.yaml outside the folder; its files are in the folder.")
     ] = None,
+    columns: ColumnsOption = None,
     convention: Convention = None,
     length: PoseLength = None,
     angle: PoseAngle = None,
@@ -59,12 +60,20 @@ def tool(
     believed = load_target_cell(cell_file, write_cell)
     if dataset or poses.is_dir():
         if given := [
-            flag for flag, value in (("--convention", convention), ("--length", length), ("--angle", angle)) if value
+            flag
+            for flag, value in (
+                *(("--columns", columns), ("--convention", convention)),
+                *(("--length", length), ("--angle", angle)),
+            )
+            if value
         ]:
-            fail(f"{', '.join(given)}: only with a CSV; in a folder it is taken from the dataset.yaml")
+            fail(f"{', '.join(given)}: only with a table; in a folder it is taken from the dataset.yaml")
         T, used = read_folder(poses, dataset)
     else:
-        T, used = read_poses(poses, convention, length, angle)
+        wanted = TableOptions(columns, convention=convention, length=length, angle=angle)
+        found = wanted.read_poses(poses)
+        T, used = found.poses, found.format.to_dict()
+        tell_notes(wanted.notes)
     result = calibration.calibrate_tool(T, options)
     data = write_result(None, "kr5-tool/1", **_keys(result, T, poses, used))
     out = console(json_file)
@@ -74,31 +83,6 @@ def tool(
     if believed:
         put_tool_tip(believed, np.asarray(result.tip))
         write_cell_file(believed, write_cell)
-
-
-def read_poses(
-    file: Path, convention: str | None, length: str | None, angle: str | None
-) -> tuple[list[Any], dict[str, str]]:
-    """Poses of a CSV and the convention they were read in; numbers that speak against it are an error."""
-    csv = io.load_csv(file)
-    columns = [c.lower() for c in csv.columns]
-    name = convention or next((n for n, (want, *_) in CONVENTIONS.items() if set(want) <= set(columns)), None)
-    if name not in CONVENTIONS:
-        fail(
-            f"{file}: convention: found {convention or ', '.join(csv.columns)}, expected one of"
-            f" {', '.join(CONVENTIONS)}"
-        )
-    rotation, form, unit = CONVENTIONS[name]
-    if missing := [c for c in ("x", "y", "z", *rotation) if c not in columns]:
-        fail(
-            f"{file}: found the columns {', '.join(csv.columns)}, expected x, y, z, {', '.join(rotation)} for"
-            f" --convention {name}; missing: {', '.join(missing)}"
-        )
-    rows = np.asarray(csv.values)[:, [columns.index(c) for c in ("x", "y", "z", *rotation)]]
-    used = {"position": length or ("mm" if name == "kuka" else "m"), "rotation": form, "angle": angle or unit}
-    pose_format = calibration.PoseFormat.from_dict(used)
-    _refuse_objections(file, rows, pose_format, "see --convention, --length, --angle")
-    return calibration.to_poses(rows, pose_format), used
 
 
 def read_folder(folder: Path, description: Path | None) -> tuple[list[Any], dict[str, str]]:

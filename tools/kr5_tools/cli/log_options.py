@@ -6,13 +6,10 @@ from typing import Annotated
 import typer
 
 SourceArgument = Annotated[
-    Path, typer.Argument(metavar="RECORDING|LOG.csv", help="Folder of a recording, or a CSV with a header.")
-]
-
-
-ColumnsOption = Annotated[
-    str | None,
-    typer.Option(metavar="NAMES", help="Columns of a CSV, separated by commas; a minus before a name turns its sign."),
+    Path,
+    typer.Argument(
+        metavar="RECORDING|LOG", help="Folder of a recording, or a log: CSV with any separator, NPZ, MCAP or a ROS bag."
+    ),
 ]
 
 

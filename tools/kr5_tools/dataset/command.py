@@ -154,11 +154,13 @@ def _readable(files: list[Path]) -> tuple[np.ndarray | None, list[str]]:
 
 
 def _poses(folder: Path, images: list[Path], reasons: list[Any]) -> tuple[list[Path], list[str]]:
+    why = ""
     for files in sorted(_families(folder, POSES), key=lambda g: -len(g)):
         if len(files) not in (1, len(images)) or files[0].name == "dataset.yaml":
             continue
         rows, forms = _readable(files)
         if rows is None or len(rows) != len(images):
+            why = why or _objection(folder, files, len(images))
             continue
         how = (
             f"one file each, paired by number {_number(files[0])} to {_number(files[-1])}"
@@ -168,9 +170,23 @@ def _poses(folder: Path, images: list[Path], reasons: list[Any]) -> tuple[list[P
         reasons.append(["poses", _pattern(folder, files), f"{len(rows)} poses for {len(images)} images, {how}", "high"])
         return files, forms
     fail(
-        f"{folder}: found no poses for the {len(images)} images; expected a file of numbers for each (YAML, JSON,"
+        f"{folder}: found no poses for the {len(images)} images{why}; expected a file of numbers for each (YAML, JSON,"
         " text), or one CSV or text file with a row for each"
     )
+
+
+def _objection(folder: Path, files: list[Path], count: int) -> str:
+    """Why files with as many rows as there are images hold no poses: of six numbers, that the angles come first."""
+    try:
+        rows = np.vstack([calibration.load_poses(library_path(f), calibration.RotationForm("rpy")) for f in files])
+    except (kr5.Error, ValueError):
+        return ""
+    if len(rows) != count:
+        return ""
+    said = "; ".join(calibration.format_objections(rows, calibration.PoseFormat.from_dict({"rotation": "rpy"})))
+    if calibration.plausible_formats(np.roll(rows, 3, axis=1)):
+        said = "its rotation stands before its position: write x y z first"
+    return f" ({_pattern(folder, files)} holds six numbers a pose, but {said})"
 
 
 def _hints(folder: Path) -> tuple[str, dict[str, Any]]:

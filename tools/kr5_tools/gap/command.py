@@ -9,6 +9,7 @@ from kr5.files.documents import OpenDocument, display_value, parse_json, read_te
 from kr5.logs.compared_source import SourceOptions, input_files
 
 from kr5_tools.cli import arguments, tables, terminal
+from kr5_tools.cli.table_options import ColumnsOption
 from kr5_tools.gap import bench, diagnose, effects, explain, plan
 from kr5_tools.gap.source import (
     BaseOption,
@@ -17,6 +18,7 @@ from kr5_tools.gap.source import (
     SourceArgument,
     TipOption,
     TrustOption,
+    overrides_of,
     print_source,
     read_source,
 )
@@ -54,6 +56,7 @@ def measure(
     base: BaseOption = "",
     tip: TipOption = "",
     every: arguments.EveryOption = None,
+    columns: ColumnsOption = None,
     overrides: SetOption = None,
     trust: TrustOption = False,
     png: Annotated[
@@ -72,7 +75,7 @@ def measure(
     import kr5.cell
     import kr5.gap
 
-    reading = SourceOptions(model, base, tip, every, overrides or [], trust)
+    reading = SourceOptions(model, base, tip, every, overrides_of(overrides, columns), trust)
     own = input_files(source, reading) + ([cell_file] if cell_file else [])
     writing.check_writable(png, json_file, output, inputs=own)
     to = terminal.console(json_file)

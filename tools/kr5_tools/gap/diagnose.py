@@ -13,6 +13,7 @@ from kr5.logs.compared_source import ComparedSource, SourceOptions, input_files
 
 from kr5_tools.cli import arguments, tables, terminal
 from kr5_tools.cli.options import options_from
+from kr5_tools.cli.table_options import ColumnsOption
 from kr5_tools.gap.diagnosis_run import run_diagnosis
 from kr5_tools.gap.source import (
     BaseOption,
@@ -21,6 +22,7 @@ from kr5_tools.gap.source import (
     SourceArgument,
     TipOption,
     TrustOption,
+    overrides_of,
     read_source,
 )
 from kr5_tools.gap.terminal_report import print_diagnosis
@@ -74,6 +76,7 @@ def diagnose(
     base: BaseOption = "",
     tip: TipOption = "",
     every: arguments.EveryOption = None,
+    columns: ColumnsOption = None,
     overrides: SetOption = None,
     trust: TrustOption = False,
     write_cell: WriteCell = None,
@@ -92,7 +95,7 @@ def diagnose(
     kept to check the result. Effects are fitted on the `fit` experiments and evaluated on the `check` experiments.
     """
     options.validate()
-    reading = SourceOptions(model, base, tip, every, overrides or [], trust)
+    reading = SourceOptions(model, base, tip, every, overrides_of(overrides, columns), trust)
     outputs = DiagnoseOutputs(write_cell, write_model, write_recording, report, json_file, output)
     outputs.check(input_files(source, reading))
     to = terminal.console(json_file)

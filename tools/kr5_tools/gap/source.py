@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from kr5.logs.column_list import header_entry
 from kr5.logs.compared_source import ComparedSource, SourceOptions, open_source
 from kr5.logs.log_file import ENDINGS
 from rich.markup import escape
@@ -49,6 +50,13 @@ SetOption = Annotated[
         ),
     ),
 ]
+
+
+def overrides_of(settings: list[str] | None, columns: str | None) -> list[str]:
+    """Entries of the map of the logs, those of --columns included."""
+    return [*([header_entry(columns)] if columns else []), *(settings or [])]
+
+
 TrustOption = Annotated[bool, typer.Option("--trust", help="Compare although some numbers are implausible.")]
 
 

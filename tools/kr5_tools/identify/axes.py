@@ -7,15 +7,25 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
-from kr5 import calibration, io, kinematics
+from kr5 import calibration, kinematics
 from kr5.cell import load_cell
 from kr5.files.results import write_result
 from kr5.files.writing import check_writable, write_json
+from kr5.tables.options import TableOptions
+from kr5.tables.roles import joints_role
 
-from kr5_tools.calibrate.postures import ANGLES, Columns, check_angles, measured, values_of
+from kr5_tools.calibrate.postures import POINTS, POSE, measured
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.options import options_from
-from kr5_tools.cli.pose_options import AngleUnit, Convention, JointColumns, LengthUnit, PositionColumns
+from kr5_tools.cli.table_options import (
+    AngleUnit,
+    ColumnsOption,
+    Convention,
+    JointColumns,
+    LengthUnit,
+    PositionColumns,
+    tell_notes,
+)
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import console, fail, spinner
 from kr5_tools.identify.axis_chain import chain_of
@@ -31,7 +41,6 @@ from kr5_tools.identify.turn_checks import (
 
 app = typer.Typer()
 STANDING = 1e-3  # a joint that moves by less stands still [rad]
-MOST_JOINTS = 99
 DRAWS = 400  # of the axes, for the uncertainty of the parameters
 MOST_NAMED = 12  # rows of a finding
 PARAMETERS = (
@@ -47,9 +56,9 @@ def axes(
         list[Path],
         typer.Argument(
             help=(
-                "One CSV with joint values (q1, q2, …) and what was measured, in which one joint after the other moves"
-                " and the others stand; or one CSV a joint, from the base, of what was measured while it moved; or one"
-                " folder of images a joint, with --camera and --target."
+                "One table with joint values (q1, q2, …) and what was measured, in which one joint after the other"
+                " moves and the others stand; or one table a joint, from the base, of what was measured while it moved;"
+                " or one folder of images a joint, with --camera and --target."
             )
         ),
     ],
@@ -67,7 +76,7 @@ def axes(
         Path | None,
         typer.Option(
             help=(
-                "CSV, or folder of images, in which joint 6 turns with the forearm along axis 1; in FILES it stands"
+                "Table, or folder of images, in which joint 6 turns with the forearm along axis 1; in FILES it stands"
                 " across. Lengths then also follow from distances of parallel axes."
             )
         ),
@@ -76,11 +85,12 @@ def axes(
         Path | None,
         typer.Option(help="Cell of this arm, only to detect mirrored and scaled measurements; nothing is fitted."),
     ] = None,
+    columns: ColumnsOption = None,
     joints: JointColumns = None,
     position: PositionColumns = None,
     convention: Convention = None,
-    length: LengthUnit = "m",
-    angle: AngleUnit = "rad",
+    length: LengthUnit = None,
+    angle: AngleUnit = None,
     output: ResultOption = None,
     json_file: JsonOption = None,
 ) -> None:
@@ -91,8 +101,9 @@ def axes(
     """
     options.validate()
     check_writable(output, json_file, inputs=[f for f in (*files, camera, upright, cell) if f])
-    wanted = Columns(joints, position, convention, length, angle)
+    wanted = TableOptions(columns, joints, position, convention, length, angle)
     turns = _image_turns(files, camera, target, mount) if files[0].is_dir() else _turns(files, wanted)
+    tell_notes(wanted.notes)
     results = []
     with spinner("Identifying the axes"):
         for k, samples in enumerate(turns.samples):
@@ -131,15 +142,15 @@ def _image_turns(folders: list[Path], camera: Path | None, target: str | None, m
     return out
 
 
-def _table_turn(file: Path, wanted: Columns) -> tuple[list[Any], list[str]]:
-    """Samples of a CSV in which one joint turns, with its joint value where there is one that varies alone."""
-    table = io.load_csv(file)
-    rows = measured(file, table, wanted)
-    labels = [f"{file.name} line {i + 2}" for i in range(len(rows))]
+def _table_turn(file: Path, wanted: TableOptions) -> tuple[list[Any], list[str]]:
+    """Samples of a table in which one joint turns, with its joint value where there is one that varies alone."""
+    table = wanted.read(file, [POSE, POINTS])
+    rows = measured(table)
+    labels = [f"{file.name} {table.row(i)}" for i in range(len(rows))]
     return [calibration.JointSample(**row) for row in rows], labels
 
 
-def _turns(files: list[Path], wanted: Columns) -> Turns:
+def _turns(files: list[Path], wanted: TableOptions) -> Turns:
     if len(files) > 1:
         out = Turns(np.zeros(len(files)))
         for one in files:
@@ -148,20 +159,18 @@ def _turns(files: list[Path], wanted: Columns) -> Turns:
             out.labels.append(labels)
         return out
     file = files[0]
-    table = io.load_csv(file)
-    names = _joint_names(file, table, wanted)
-    q = values_of(file, table, names) * ANGLES[wanted.angle]
-    check_angles(file, names, q)
+    table = wanted.read(file, [joints_role(), POSE, POINTS])
+    q = table["q"]
     home = np.array([_commonest(column) for column in q.T])
     away = np.abs(q - home) > STANDING
     if (several := np.flatnonzero(away.sum(axis=1) > 1)).size:
         moved = ", ".join(f"q{k + 1}" for k in np.flatnonzero(away[several[0]]))
-        further = f" (and lines {_listed([str(i + 2) for i in several[1:]])} likewise)" if len(several) > 1 else ""
+        further = f" (and {_listed([table.row(i) for i in several[1:]])} likewise)" if len(several) > 1 else ""
         fail(
-            f"{file}: line {several[0] + 2}: {moved} are away from where they usually stand{further}; move one joint at"
-            " a time"
+            f"{file}: {table.row(several[0])}: {moved} are away from where they usually stand{further}; move one joint"
+            " at a time"
         )
-    seen = measured(file, table, wanted)
+    seen = measured(table)
     turns = Turns(home)
     for k in range(q.shape[1]):
         # Rows with every joint at home belong to each joint.
@@ -169,7 +178,7 @@ def _turns(files: list[Path], wanted: Columns) -> Turns:
         if not away[:, k].any():
             fail(f"{file}: joint {k + 1} did not move")
         turns.samples.append([calibration.JointSample(q=float(q[i, k]), **seen[i]) for i in rows])
-        turns.labels.append([f"line {i + 2}" for i in rows])
+        turns.labels.append([table.row(i) for i in rows])
     return turns
 
 
@@ -180,7 +189,7 @@ def _listed(names: list[str]) -> str:
 
 
 def _upright_axis(
-    source: Path, wanted: Columns, camera: Path | None, target: str | None, mount: str, options: Any
+    source: Path, wanted: TableOptions, camera: Path | None, target: str | None, mount: str, options: Any
 ) -> Any:
     """Axis 6 with the forearm upright."""
     samples, labels = image_turn(source, camera, target, mount) if source.is_dir() else _table_turn(source, wanted)
@@ -218,16 +227,6 @@ def _commonest(column: np.ndarray) -> float:
     """Where a joint stands most often: the value with the most others within STANDING."""
     near = [(np.abs(column - value) <= STANDING).sum() for value in column]
     return float(column[int(np.argmax(near))])
-
-
-def _joint_names(file: Path, table: Any, wanted: Columns) -> list[str]:
-    columns = list(table.columns)
-    names = wanted.joint_names(MOST_JOINTS)
-    if not wanted.joints or "{}" in wanted.joints:  # of a pattern, those that exist
-        names = [name for name in names if name in columns]
-    if not names:
-        fail(f"{file}: found the columns {', '.join(columns)}, expected joint values q1, q2, … (see --joints)")
-    return names
 
 
 def _drawn(result: Any, random: np.random.Generator) -> Any:

@@ -1,19 +1,18 @@
-"""Logs that the identifications of servo, contact and force sensor read: experiments of a recording, or a CSV."""
+"""Logs that the identifications of servo, contact and force sensor read: experiments of a recording, or a log."""
 
 from pathlib import Path
 from typing import Any
 
 import kr5
 import numpy as np
-from kr5 import cell, io
-
-from kr5_tools.calibrate.postures import LENGTHS, values_of
+from kr5 import cell
+from kr5.logs.bag_file import is_bag_folder
 
 MOST_DRAWN = 1500  # samples in a result file, for its plots
 
 
 def is_recording(source: Path) -> bool:
-    return source.is_dir()
+    return source.is_dir() and not is_bag_folder(source)
 
 
 def believed_cell(recording: Any, cell_file: Path | None) -> Any:
@@ -54,45 +53,6 @@ def joined_runs(experiments: list[Any], names: list[str]) -> tuple[np.ndarray, l
 
 def run_starts(runs: np.ndarray) -> list[int]:
     return [0, *(np.flatnonzero(np.diff(runs)) + 1)]
-
-
-def read_columns(
-    file: Path, columns: str | None, usual: tuple[str, ...], optional: tuple[str, ...] = ()
-) -> tuple[dict[str, np.ndarray], list[int]]:
-    """Columns of a CSV by their usual names, those of `optional` where they are there, and the first row of each run,
-    which a column `run` tells."""
-    table = io.load_csv(file)
-    if not len(table.values):
-        raise kr5.FileError(file, "has no row of numbers")
-    there = list(table.columns)
-    if columns:
-        named = [name.strip() for name in columns.split(",")]
-        if not len(usual) <= len(named) <= len(usual) + len(optional):
-            wanted = ",".join(usual) + "".join(f"[,{name}]" for name in optional)
-            raise kr5.InvalidArgument(f"--columns: found {len(named)} names, expected {wanted}")
-        roles = dict(zip((*usual, *optional), named))
-    else:
-        roles = {name: name for name in (*usual, *(name for name in optional if name in there))}
-    out = {}
-    for role, name in roles.items():
-        sign = -1.0 if name.startswith("-") else 1.0
-        out[role] = sign * values_of_column(file, table, name.lstrip("-"))
-    runs = values_of_column(file, table, "run") if "run" in there else np.zeros(len(table.values))
-    return out, run_starts(runs)
-
-
-def values_of_column(file: Path, table: Any, name: str) -> np.ndarray:
-    if name not in table.columns:
-        raise kr5.FileError(file, f"found the columns {', '.join(table.columns)}; missing: {name} (see --columns)")
-    return np.asarray(values_of(file, table, [name]))[:, 0]
-
-
-def check_metres(name: str, values: np.ndarray, unit: str, where: Path) -> np.ndarray:
-    """Positions in metres; refuses those that no arm reaches."""
-    out = np.asarray(values, float) * LENGTHS[unit]
-    if (most := float(np.abs(out).max(initial=0.0))) > 20.0:
-        raise kr5.IoError(f"{where}: {name}: positions of up to {most:.0f} m; are they in millimetres? (--length mm)")
-    return out
 
 
 def thinned(rows: int) -> np.ndarray:

@@ -8,22 +8,22 @@ import typer
 from kr5 import cell, force, identification
 from kr5.files.results import write_result
 from kr5.files.writing import check_writable, write_json
+from kr5.tables.options import TableOptions
+from kr5.tables.roles import OPTIONAL_TIME, RUN, Role
 
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.cell_output import write_cell_file
-from kr5_tools.cli.log_options import CellFileOption, ColumnsOption, SourceArgument, WriteCellFileOption
+from kr5_tools.cli.log_options import CellFileOption, SourceArgument, WriteCellFileOption
 from kr5_tools.cli.options import options_from
-from kr5_tools.cli.pose_options import LengthUnit
+from kr5_tools.cli.table_options import ColumnsOption, LengthUnit, tell_notes
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import console, fail, spinner
 from kr5_tools.identify.axis_logs import (
     believed_cell,
-    check_metres,
     experiments_of,
     is_recording,
     joined_runs,
     need_target_cell,
-    read_columns,
     thinned,
     verdict_of,
 )
@@ -31,6 +31,8 @@ from kr5_tools.identify.servo_logs import PATH, recorded_logs
 
 app = typer.Typer()
 DEG = 180 / np.pi
+DEPTH = Role("depth", "depth of the tool", "length")
+FORCE = Role("force", "force of the contact", "force")
 
 
 @app.command(epilog="Example:  kr5 identify contact RECORDING --design --write-cell cell.yaml -o contact.json")
@@ -53,7 +55,7 @@ def contact(
         ),
     ] = False,
     columns: ColumnsOption = None,
-    length: LengthUnit = "m",
+    length: LengthUnit = None,
     cell_file: CellFileOption = None,
     write_cell: WriteCellFileOption = None,
     output: ResultOption = None,
@@ -61,7 +63,7 @@ def contact(
 ) -> None:
     """Stiffness and position of a contact from force against depth, with errors in both.
 
-    Of a recording: its press experiments, with the noise of its cell and the damping. Of a CSV: columns depth and force
+    Of a recording: its press experiments, with the noise of its cell and the damping. Of a log: columns depth and force
     (and t, run), both positive into the contact, or those of --columns. Exit code: 0 when there is a result, 2 when
     there is none or the input is invalid.
     """
@@ -71,7 +73,7 @@ def contact(
     recording = cell.load_recording(source) if is_recording(source) else None
     believed = believed_cell(recording, cell_file)
     need_target_cell(believed, write_cell)
-    log = recorded_log(recording, options) if recording else _csv_log(source, columns, length)
+    log = recorded_log(recording, options) if recording else _table_log(source, TableOptions(columns, length=length))
     with spinner("Identifying the contact"):
         found = identification.identify_contact_stiffness(log, options)
     if not found.fit.usable:
@@ -100,12 +102,12 @@ def recorded_log(recording: Any, options: Any) -> Any:
     return identification.ContactLog(depth=-values[:, 1], force=-values[:, 2], t=values[:, 0], run_starts=starts)
 
 
-def _csv_log(file: Path, columns: str | None, length: str) -> Any:
-    found, starts = read_columns(file, columns, ("depth", "force"), ("t",))
-    depth = check_metres("depth", found["depth"], length, file)
-    log = identification.ContactLog(depth=depth, force=found["force"], run_starts=starts)
-    if "t" in found:
-        log.t = found["t"]
+def _table_log(file: Path, wanted: TableOptions) -> Any:
+    table = wanted.read(file, [DEPTH, FORCE, OPTIONAL_TIME, RUN])
+    tell_notes(wanted.notes)
+    log = identification.ContactLog(depth=table["depth"], force=table["force"], run_starts=table.run_starts())
+    if "t" in table:
+        log.t = table["t"]
     return log
 
 

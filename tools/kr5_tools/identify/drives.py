@@ -1,5 +1,6 @@
 """`kr5 identify drives`: structure matrix, gear ratios and encoder counts, from readings of motors and joints."""
 
+import math
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -8,16 +9,22 @@ import typer
 from kr5 import identification
 from kr5.files.results import write_if_usable, write_result
 from kr5.files.writing import check_writable
+from kr5.tables.options import TableOptions
+from kr5.tables.roles import Role
 
-from kr5_tools.calibrate.laser_data import TextTable
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.cell_output import CellOption, WriteCellOption, load_target_cell, write_cell_file
 from kr5_tools.cli.options import options_from
+from kr5_tools.cli.table_options import AngleUnit, ColumnsOption, tell_notes
 from kr5_tools.cli.tables import figure_row, print_result
 from kr5_tools.cli.terminal import console, fail
 
+JOINTS = Role("q", "joint angles", "angle", counted=True, may_lack=True)
+COUNTS = Role("c", "encoder counts", counted=True, needed=False, may_lack=True)
+MOTORS = Role("m", "motor angles", "angle", counted=True, needed=False, may_lack=True, largest=math.inf)
+GROUP = Role("group", "number of the experiment", needed=False)
+
 app = typer.Typer()
-ANGLES = {"rad": 1.0, "deg": np.pi / 180}
 
 
 @app.command(epilog="Example: kr5 identify drives readings.csv --angle deg --common-zero -o drives.json")
@@ -26,9 +33,9 @@ def drives(
     file: Annotated[
         Path,
         typer.Argument(
-            metavar="READINGS.csv",
+            metavar="READINGS",
             help=(
-                "CSV, a row a posture: joint angles q1, q2, …; encoder counts c1, c2, … or motor angles m1, m2, …, or"
+                "Table, a row a posture: joint angles q1, q2, …; encoder counts c1, c2, … or motor angles m1, m2, …, or"
                 " both; empty where nothing was read. A column `group` numbers experiments with a zero of their own."
             ),
         ),
@@ -38,7 +45,8 @@ def drives(
         str | None,
         typer.Option(metavar="N,N,…", help="Encoder counts of a turn of each motor; one number for all of them. [-]"),
     ] = None,
-    angle: Annotated[str, typer.Option(metavar="rad|deg", help="Unit of the angles of the file.")] = "rad",
+    columns: ColumnsOption = None,
+    angle: AngleUnit = None,
     output: ResultOption = None,
     cell: CellOption = None,
     write_cell: WriteCellOption = None,
@@ -50,9 +58,9 @@ def drives(
     """
     check_writable(output, write_cell, json_file, inputs=[file, *([cell] if cell else [])])
     believed = load_target_cell(cell, write_cell)
-    if angle not in ANGLES:
-        fail(f"--angle: found {angle!r}, expected rad or deg")
-    readings = read_readings(file, ANGLES[angle])
+    wanted = TableOptions(columns, angle=angle)
+    readings = read_readings(file, wanted)
+    tell_notes(wanted.notes)
     n = readings.joint.shape[1]
     if counts_per_turn:
         given = read_counts(counts_per_turn)
@@ -84,30 +92,21 @@ def read_counts(text: str) -> list[float]:
     return out
 
 
-def read_readings(file: Path, unit: float) -> Any:
-    """Readings of a CSV; columns that are not there are not read."""
-    if not file.exists():
-        fail(f"{file}: no such file; expected a CSV with joint angles, and encoder counts or motor angles")
-    table = TextTable(file)
-    columns = table.columns
-    n = sum(f"q{k + 1}" in columns for k in range(len(columns)))
-    if n == 0:
-        fail(f"{file}: found the columns {', '.join(columns)}, expected joint angles q1, q2, …")
-
-    def family(stem: str, scale: float) -> np.ndarray:
-        names = [f"{stem}{k + 1}" for k in range(n)]
-        there = [name in columns for name in names]
-        if not any(there):
-            return np.empty((0, 0))
-        if not all(there):
-            fail(f"{file}: column {names[there.index(False)]} is missing; {stem}1 to {stem}{n} belong to {n} joints")
-        return scale * np.column_stack([table.numbers(name, missing=True) for name in names])
-
-    counts, motor = family("c", 1.0), family("m", unit)
-    if counts.size == 0 and motor.size == 0:
+def read_readings(file: Path, wanted: TableOptions) -> Any:
+    """Readings of a table; columns that are not there were not read."""
+    table = wanted.read(file, [JOINTS, COUNTS, MOTORS, GROUP])
+    n = table["q"].shape[1]
+    for role in ("c", "m"):
+        if role in table and table[role].shape[1] != n:
+            fail(
+                f"{file}: found {table[role].shape[1]} columns {role}1, …; expected {role}1 to {role}{n} of {n} joints"
+            )
+    if "c" not in table and "m" not in table:
         fail(f"{file}: found neither encoder counts c1 to c{n} nor motor angles m1 to m{n}")
-    group = [int(g) for g in table.numbers("group")] if "group" in columns else []
-    return identification.DriveReadings(counts=counts, motor=motor, joint=family("q", unit), group=group)
+    empty = np.empty((0, 0))
+    counts, motor = (empty if (found := table.get(role)) is None else found for role in ("c", "m"))
+    group = [int(g) for g in table["group"]] if "group" in table else []
+    return identification.DriveReadings(counts=counts, motor=motor, joint=table["q"], group=group)
 
 
 def result_keys(file: Path, result: Any) -> dict[str, Any]:

@@ -9,17 +9,24 @@ from kr5 import cell as kr5_cell
 from kr5 import identification
 from kr5.files.results import write_if_usable, write_result
 from kr5.files.writing import check_writable
+from kr5.tables.options import TableOptions
+from kr5.tables.roles import Role
 
-from kr5_tools.calibrate.laser_data import TextTable
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.cell_output import WriteCellOption, write_cell_file
 from kr5_tools.cli.options import options_from
+from kr5_tools.cli.table_options import AngleUnit, ColumnsOption, tell_notes
 from kr5_tools.cli.tables import figure_row, print_result
 from kr5_tools.cli.terminal import console, fail
 
 app = typer.Typer()
+MOST_JOINTS = 99
+LINKS = Role("q", "link angles", "angle", counted=True, may_lack=True, may_skip=True)
+MOTORS = Role("m", "motor angles over the gear ratio", "angle", counted=True, may_lack=True, may_skip=True)
+LINK_TORQUES = Role(
+    "tau", "torques through the gears", "torque", counted=True, needed=False, may_lack=True, may_skip=True
+)
 MOST_SHOWN = 600  # readings of a result file, for its plot
-ANGLES = {"rad": 1.0, "deg": np.pi / 180}
 
 
 @app.command(epilog="Example: kr5 identify elasticity readings.csv --torque-noise 2 --angle deg -o elasticity.json")
@@ -28,10 +35,10 @@ def elasticity(
     file: Annotated[
         Path,
         typer.Argument(
-            metavar="READINGS.csv",
+            metavar="READINGS",
             help=(
-                "CSV, a row a reading, in order of time: link angles q1, q2, …; angles of the motor side over the gear"
-                " ratio m1, m2, …; torques through the gears tau1, tau2, … [N m]; empty where nothing was read."
+                "Table, a row a reading, in order of time: link angles q1, q2, …; angles of the motor side over the"
+                " gear ratio m1, m2, …; torques through the gears tau1, tau2, … [N m]; empty where nothing was read."
             ),
         ),
     ],
@@ -44,7 +51,8 @@ def elasticity(
             " are taken as exact, and noise makes the joints look too stiff.",
         ),
     ] = None,
-    angle: Annotated[str, typer.Option(metavar="rad|deg", help="Unit of the angles of the file.")] = "rad",
+    columns: ColumnsOption = None,
+    angle: AngleUnit = None,
     cell: Annotated[
         Path | None,
         typer.Option(
@@ -66,10 +74,10 @@ def elasticity(
     check_writable(output, write_cell, json_file, inputs=[file, *([cell] if cell else [])])
     if write_cell and not cell:
         fail("--write-cell: --cell is missing; name the cell into which the result is put")
-    if angle not in ANGLES:
-        fail(f"--angle: found {angle!r}, expected rad or deg")
     believed = kr5_cell.load_cell(cell) if cell else None
-    readings = read_readings(file, ANGLES[angle], believed)
+    wanted = TableOptions(columns, angle=angle)
+    readings = read_readings(file, wanted, believed)
+    tell_notes(wanted.notes)
     if torque_noise is not None:
         options.torque_noise = read_noise(torque_noise)
     result = identification.identify_elasticity(readings, options)
@@ -92,39 +100,32 @@ def read_noise(text: str) -> np.ndarray:
         fail(f"--torque-noise: found {text!r}, expected numbers with commas, as 2,2,1")
 
 
-def read_readings(file: Path, unit: float, believed: Any) -> Any:
-    """Readings of a CSV. A joint of which a column is missing was not read."""
-    if not file.exists():
-        fail(f"{file}: no such file; expected a CSV with link angles, motor angles and torques")
-    table = TextTable(file)
-    columns = table.columns
-
-    def family(stem: str, scale: float) -> np.ndarray:
-        values = [
-            scale * table.numbers(f"{stem}{k + 1}", missing=True)
-            if f"{stem}{k + 1}" in columns
-            else np.full(len(table.lines), np.nan)
-            for k in range(n)
-        ]
-        return np.column_stack(values)
-
-    n = max((k for k in range(1, len(columns) + 1) if f"q{k}" in columns and f"m{k}" in columns), default=0)
-    if n == 0:
-        fail(f"{file}: found the columns {', '.join(columns)}, expected link angles q1, … and motor angles m1, …")
+def read_readings(file: Path, wanted: TableOptions, believed: Any) -> Any:
+    """Readings of a table. A joint of which a column is missing was not read."""
+    table = wanted.read(file, [LINKS, MOTORS, LINK_TORQUES])
+    both = [k for k in range(MOST_JOINTS) if all(len(table.names[r]) > k and table.names[r][k] for r in ("q", "m"))]
+    if not both:
+        fail(f"{file}: found the columns {', '.join(table.columns)}; missing: q and m of the same joint")
+    n = both[-1] + 1
+    q, motor = (_of_joints(table[role], n) for role in ("q", "m"))
     if believed is not None:
         slides = [str(joint.type) == "prismatic" for joint in believed.nominal_chain().joints]
-        if n > len(slides) or (any(slides) and unit != 1.0):
+        if n > len(slides) or (any(slides) and table.units["q"] != "rad"):
             fail(
                 f"{file}: the cell has {len(slides)} joints, found {n}; the values of slides are in m, without --angle"
             )
-    q = family("q", unit)
-    if any(name.startswith("tau") for name in columns):
-        torque = family("tau", 1.0)
+    if "tau" in table:
+        torque = _of_joints(table["tau"], n)
     elif believed is not None:
         torque = gravity_torques(file, believed, q)
     else:
         fail(f"{file}: found no torques tau1, …; give them, or a --cell with masses for readings at rest")
-    return identification.ElasticityReadings(motor=family("m", unit), link=q, torque=torque)
+    return identification.ElasticityReadings(motor=motor, link=q, torque=torque)
+
+
+def _of_joints(values: np.ndarray, n: int) -> np.ndarray:
+    """The first n columns; NaN where there are fewer."""
+    return np.column_stack([values[:, :n], np.full((len(values), max(0, n - values.shape[1])), np.nan)])
 
 
 def gravity_torques(file: Path, believed: Any, q: np.ndarray) -> np.ndarray:

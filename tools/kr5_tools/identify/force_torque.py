@@ -1,20 +1,24 @@
 """`kr5 identify force-torque`: sensor and tool from readings in postures or in motion."""
 
+import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import typer
-from kr5 import cell, identification, io
+from kr5 import cell, identification
 from kr5.files.results import write_result
 from kr5.files.writing import check_writable, write_json
+from kr5.tables.options import TableOptions
+from kr5.tables.roles import OPTIONAL_TIME, Role, joints_role
+from kr5.tables.table import Table
 
-from kr5_tools.calibrate.postures import Columns, joint_values, values_of
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.cell_output import write_cell_file
 from kr5_tools.cli.log_options import CellFileOption, SourceArgument, WriteCellFileOption
 from kr5_tools.cli.options import options_from
-from kr5_tools.cli.pose_options import AngleUnit, JointColumns
+from kr5_tools.cli.table_options import AngleUnit, ColumnsOption, JointColumns, tell_notes
 from kr5_tools.cli.tables import figure_row, print_result
 from kr5_tools.cli.terminal import console, fail, spinner
 from kr5_tools.identify.axis_logs import (
@@ -28,8 +32,16 @@ from kr5_tools.identify.axis_logs import (
 
 app = typer.Typer()
 WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
-GRAVITY = ("gx", "gy", "gz")
-LOAD = ("load_mass", "load_x", "load_y", "load_z")
+FORCES = [Role(f"f{axis}", "force", "force", (f"force_{axis}", f"force.{axis}")) for axis in "xyz"]
+TORQUES = [
+    Role(f"t{axis}", "torque", "torque", (f"m{axis}", f"torque_{axis}", f"torque.{axis}"), largest=math.inf)
+    for axis in "xyz"
+]
+GRAVITY = [Role(f"g{axis}", "gravity in the flange", needed=False) for axis in "xyz"]
+LOADS = [
+    Role("load_mass", "mass of the load", needed=False),
+    *(Role(f"load_{axis}", "centre of the load", "length", needed=False) for axis in "xyz"),
+]
 LARGEST_TORQUE = 5e3  # no wrist sensor reads more [N m]
 
 
@@ -38,8 +50,9 @@ LARGEST_TORQUE = 5e3  # no wrist sensor reads more [N m]
 def force_torque(
     source: SourceArgument,
     options: identification.ForceTorqueOptions,
+    columns: ColumnsOption = None,
     joints: JointColumns = None,
-    angle: AngleUnit = "rad",
+    angle: AngleUnit = None,
     cell_file: CellFileOption = None,
     write_cell: WriteCellFileOption = None,
     output: ResultOption = None,
@@ -48,7 +61,7 @@ def force_torque(
     """Bias of a force/torque sensor, mass and centre of the tool below it; with options its drift, its orientation on
     the flange, gain and crosstalk.
 
-    Of a recording: its motions, whose accelerations the joint servos of its cell give. Of a CSV: postures at rest,
+    Of a recording: its motions, whose accelerations the joint servos of its cell give. Of a table: postures at rest,
     with fx fy fz tx ty tz in N and N m and q1 … (which needs --cell), or gx gy gz, gravity in the axes of the flange;
     and may have t, and load_mass, load_x, load_y, load_z of known loads (kg, m in the sensor). Exit code: 0 when there
     is a result, 2 when the readings do not determine it or the input is invalid.
@@ -61,12 +74,10 @@ def force_torque(
     if believed is not None and believed.tool is not None:
         options.T_flange_sensor = believed.tool.T_flange_sensor
         options.inertia = believed.tool.inertia
+    wanted = TableOptions(columns, joints, angle=angle)
     with spinner("Reading the wrenches"):
-        readings = (
-            _motion_readings(recording, believed)
-            if recording
-            else _csv_readings(source, believed, Columns(joints=joints, angle=angle))
-        )
+        readings = _motion_readings(recording, believed) if recording else _table_readings(source, believed, wanted)
+    tell_notes(wanted.notes)
     with spinner("Identifying sensor and tool"):
         found = identification.identify_force_torque(readings, options)
     if not found.fit.usable:
@@ -90,28 +101,34 @@ def _motion_readings(recording: Any, believed: Any) -> list[Any]:
     return readings
 
 
-def _csv_readings(file: Path, believed: Any, wanted: Columns) -> list[Any]:
-    table = io.load_csv(file)
-    if not len(table.values):
-        fail(f"{file}: has no row of numbers")
-    there = list(table.columns)
-    wrench = values_of(file, table, list(WRENCH))
+def _table_readings(file: Path, believed: Any, wanted: TableOptions) -> list[Any]:
+    joints = None if believed is None else believed.nominal_chain().joints
+    roles = [*FORCES, *TORQUES, OPTIONAL_TIME, *GRAVITY, *LOADS]
+    table = wanted.read(file, [*roles, joints_role(joints, needed=False)], None if joints is None else len(joints))
+    wrench = _stacked(table, WRENCH)
     if (most := float(np.abs(wrench[:, 3:]).max())) > LARGEST_TORQUE:
         fail(f"{file}: tx, ty, tz: torques of up to {most:.0f} N m; are they in N mm?")
-    t = values_of(file, table, ["t"])[:, 0] if "t" in there else np.zeros(len(wrench))
-    if set(GRAVITY) <= set(there):
-        gravity = values_of(file, table, list(GRAVITY))
+    t = table["t"] if "t" in table else np.zeros(len(wrench))
+    if all(axis in table for axis in ("gx", "gy", "gz")):
+        gravity = _stacked(table, ("gx", "gy", "gz"))
         readings = [identification.ForceTorqueReading(wrench=w, gravity=g, t=s) for w, g, s in zip(wrench, gravity, t)]
     elif believed is None:
         fail(f"{file}: has no gravity (gx, gy, gz), and --cell is missing, from whose arm it follows with q1, q2, …")
+    elif "q" not in table:
+        fail(f"{file}: found the columns {', '.join(table.columns)}; missing: q1, q2, … (see --joints and --columns)")
     else:
-        q = joint_values(file, table, believed.nominal_chain().joints, wanted)
-        readings = identification.posture_readings(believed, q, wrench, t)
-    if LOAD[0] in there:
-        loads = values_of(file, table, [LOAD[0], *(name for name in LOAD[1:])])
-        for reading, load in zip(readings, loads):
+        readings = identification.posture_readings(believed, table["q"], wrench, t)
+    if "load_mass" in table:
+        for role in LOADS:
+            if role.name not in table:
+                fail(f"{file}: found the columns {', '.join(table.columns)}; missing: {role.name} (see --columns)")
+        for reading, load in zip(readings, _stacked(table, [role.name for role in LOADS])):
             reading.load_mass, reading.load_com = float(load[0]), load[1:]
     return readings
+
+
+def _stacked(table: Table, roles: Sequence[str]) -> np.ndarray:
+    return np.column_stack([table[role] for role in roles])
 
 
 def put_sensor(believed: Any, found: Any) -> None:

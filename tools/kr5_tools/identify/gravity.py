@@ -5,16 +5,17 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
-from kr5 import cell, identification, io
+from kr5 import cell, identification
 from kr5.files.results import write_result
 from kr5.files.writing import check_writable, write_json
 from kr5.logs.values import joint_torques
+from kr5.tables.options import TableOptions
+from kr5.tables.roles import CURRENTS, OPTIONAL_TIME, SPEEDS, TORQUES, joints_role
 
-from kr5_tools.calibrate.postures import Columns, joint_values, values_of
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.cell_output import WriteCellOption, write_cell_file
 from kr5_tools.cli.options import options_from
-from kr5_tools.cli.pose_options import AngleUnit, JointColumns, LengthUnit
+from kr5_tools.cli.table_options import AngleUnit, ColumnsOption, JointColumns, LengthUnit, tell_notes
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import console, fail, print_note, spinner
 from kr5_tools.identify.motion_logs import FROM_THE_CELL, conditioning_of, require_usable
@@ -40,10 +41,11 @@ def gravity(
     log: Annotated[
         Path,
         typer.Argument(
-            metavar="CSV",
+            metavar="LOG",
             help=(
                 "Slow motions to and fro, joints together or one after the other: t, joint values q1 …, and torques on"
-                " the joint side tau1 … or motor currents i1 … [A]; speeds qd1 … if there are any."
+                " the joint side tau1 … or motor currents i1 … [A]; speeds qd1 … if there are any. CSV with any"
+                " separator, NPZ, MCAP or a ROS bag."
             ),
         ),
     ],
@@ -57,9 +59,10 @@ def gravity(
             help="Also one harmonic for each of the joints with parallel, horizontal axes (eqs. 5.5 to 5.7).",
         ),
     ] = False,
+    columns: ColumnsOption = None,
     joints: JointColumns = None,
-    angle: AngleUnit = "rad",
-    length: LengthUnit = "m",
+    angle: AngleUnit = None,
+    length: LengthUnit = None,
     write_cell: WriteCellOption = None,
     output: ResultOption = None,
     json_file: JsonOption = None,
@@ -78,7 +81,9 @@ def gravity(
         fail(f"{arm}: robot.links: found none, expected the masses of the links, which --write-cell keeps")
     chain = believed.nominal_chain()
     options.gravity = believed.robot.gravity
-    logged = slow_log(log, believed, Columns(joints=joints, length=length, angle=angle))
+    wanted = TableOptions(columns, joints, length=length, angle=angle)
+    logged = slow_log(log, believed, wanted)
+    tell_notes(wanted.notes)
     motion, findings = slow_motion(log, logged, conditioning_of(conditioning, believed))
     with spinner("Identifying gravity"):
         found = identification.identify_gravity(chain, motion, options)
@@ -102,25 +107,28 @@ def gravity(
     write_json(data, json_file)
 
 
-def slow_log(log: Path, believed: Any, wanted: Columns) -> Any:
+def slow_log(log: Path, believed: Any, wanted: TableOptions) -> Any:
     """A log as it came, in SI: joint values, speeds, torques. Currents become torques by the motors of the cell."""
-    chain, table = believed.nominal_chain(), io.load_csv(log)
-    n, columns = len(chain.joints), list(table.columns)
-    t = values_of(log, table, ["t"])[:, 0]
+    joints = believed.nominal_chain().joints
+    table = wanted.read(log, [OPTIONAL_TIME, joints_role(joints), SPEEDS, TORQUES, CURRENTS], len(joints))
+    if "t" not in table:
+        fail(
+            f"{log}: found the columns {', '.join(table.columns)}; missing: t: postures at rest do not tell gravity"
+            " from friction, which only the two directions of slow motions do; log these with their time"
+        )
+    t = table["t"]
     if len(t) < 3 or not (np.diff(t) > 0).all():
         fail(f"{log}: t: expected at least three increasing times [s]")
-    speeds: dict[str, Any] = {}
-    if "qd1" in columns:
-        speeds["qd"] = joint_values(log, table, chain.joints, Columns("qd{}", length=wanted.length, angle=wanted.angle))
-    if "tau1" in columns:
-        tau = values_of(log, table, [f"tau{k + 1}" for k in range(n)])
-    elif "i1" in columns:
+    if "tau" in table:
+        tau = table["tau"]
+    elif "i" in table:
         if believed.drives is None:
             fail(f"{log}: has currents (i1 …), but the cell has no drives to make torques of them; log tau1 …")
-        tau = joint_torques(believed.drives, values_of(log, table, [f"i{k + 1}" for k in range(n)]))
+        tau = joint_torques(believed.drives, table["i"])
     else:
-        fail(f"{log}: found the columns {', '.join(columns)}, expected torques tau1 … or currents i1 …")
-    return identification.JointLog(t=t, q=joint_values(log, table, chain.joints, wanted), tau=tau, **speeds)
+        fail(f"{log}: found the columns {', '.join(table.columns)}, expected torques tau1 … or currents i1 …")
+    speeds = {"qd": table["qd"]} if "qd" in table else {}
+    return identification.JointLog(t=t, q=table["q"], tau=tau, **speeds)
 
 
 def slow_motion(file: Path, log: Any, options: Any) -> tuple[Any, list[Any]]:

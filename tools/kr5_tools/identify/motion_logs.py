@@ -11,15 +11,18 @@ import kr5
 import kr5.cell
 import numpy as np
 from kr5 import identification
+from kr5.logs.bag_file import is_bag_folder
+from kr5.logs.column_list import names_in_order
+from kr5.logs.column_names import find_families
 from kr5.logs.importer import Importer
 from kr5.logs.log import Log
 from kr5.logs.map_file import Map, Source, load_map
 from kr5.logs.map_guess import guess_map
+from kr5.logs.overrides import GivenEntries
 from kr5.logs.values import joint_torques, to_si
 
 from kr5_tools.cli.options import options_from
 
-SPEED = re.compile(r"(q|joint|axis|j)?_?(d|qd|dq|v|vel|velocity|speed)_?(q|joint|axis|j)?_?(act|actual|meas|ist)?_?")
 TEMPERATURE = re.compile(
     r"(motor|joint|axis|drive|gear|gearbox|j|q)?_?(temp|temperature|temperatur)_?(motor|joint|axis|drive|gear|gearbox|j|q)?"
     r"_?\[?(?P<unit>deg_?c|c|celsius|k|kelvin)?\]?"
@@ -46,18 +49,23 @@ def load_arm(file: Path) -> Any:
     return kr5.cell.load_cell(file)
 
 
-def read_motions(source: Path, arm: Path | None, map_file: Path | None, held_out: float) -> MotionLogs:
+def read_motions(
+    source: Path, arm: Path | None, map_file: Path | None, held_out: float, columns: str | None = None
+) -> MotionLogs:
     """The motions of a recording folder, or of a log with --map, or with --cell, whose map is then guessed.
+    `columns`: names of the columns of a log in their order.
 
     A recording says which experiments are held out; of everything else, and of a recording that does not, the last
     part `held_out` is.
     """
-    if source.is_dir():
+    if columns and (map_file or not arm):
+        raise kr5.InvalidArgument("--columns: only for a log with --cell; a map names the columns by its entry header")
+    if source.is_dir() and not is_bag_folder(source):
         out = _recording_motions(source, arm)
     elif map_file:
         out = _log_motions(source, load_map(map_file))
     elif arm:
-        out = _guessed_motions(source, arm)
+        out = _guessed_motions(source, arm, names_in_order(columns) if columns else None)
     else:
         raise kr5.FileError(source, "a log needs its arm: --cell with a cell file or a URDF, or --map with a map file")
     if not out.fit:
@@ -131,13 +139,13 @@ def _experiment_log(cell: Any, experiment: Any, n: int) -> Any:
     )
 
 
-def _guessed_motions(source: Path, arm: Path) -> MotionLogs:
+def _guessed_motions(source: Path, arm: Path, header: list[str] | None) -> MotionLogs:
     cell = load_arm(arm)
     with tempfile.TemporaryDirectory() as folder:
         cell_file, map_file = Path(folder) / "cell.yaml", Path(folder) / "map.yaml"
         kr5.cell.save_cell(cell, cell_file)
-        guessed = guess_map([source], cell, cell_file)
-        found = guessed.entry
+        guessed = guess_map([source], cell, cell_file, given=GivenEntries(header=header))
+        found = guessed.entry | ({"header": header} if header else {})
         found["experiments"] = [{"name": "log", "kind": "motion", "split": "fit"}]
         import yaml
 
@@ -209,13 +217,13 @@ def _times(log: Log, map: Map, rows: int) -> np.ndarray:
 
 def _speeds(log: Log, q: Source, cell: Any, note: Any) -> dict[str, Any]:
     """Logged speeds, when a family of columns is named like them; taken in the unit of the positions."""
-    for word, names in _numbered(log).items():
-        if len(names) != len(q.names) or not SPEED.fullmatch(word):
-            continue
-        own = Source(q.where, q.members, names, None, False, q.unit, q.scale, [0.0] * len(names), q.side)
-        note(f"speeds for comparison: {names[0]} to {names[-1]}")
-        return {"qd": to_si(own, "q", _raw(log, own), cell, note), "qd_names": names}
-    return {}
+    found = find_families(log, list(cell.robot.joint_names), len(q.names)).first("qd")
+    if found is None:
+        return {}
+    names = found.columns
+    own = Source(q.where, q.members, names, None, False, q.unit, q.scale, [0.0] * len(names), q.side)
+    note(f"speeds for comparison: {names[0]} to {names[-1]}")
+    return {"qd": to_si(own, "q", _raw(log, own), cell, note), "qd_names": names}
 
 
 def _numbered(log: Log) -> dict[str, list[str]]:

@@ -3,31 +3,33 @@
 from pathlib import Path
 from typing import Annotated, Any
 
+import kr5
 import numpy as np
 import typer
 from kr5 import cell, identification
 from kr5.files.results import write_result
 from kr5.files.writing import check_writable, write_json
+from kr5.tables.options import TableOptions
+from kr5.tables.roles import RUN, TIME, Role
 
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.cell_output import write_cell_file
-from kr5_tools.cli.log_options import CellFileOption, ColumnsOption, SourceArgument, WriteCellFileOption
+from kr5_tools.cli.log_options import CellFileOption, SourceArgument, WriteCellFileOption
 from kr5_tools.cli.options import options_from
-from kr5_tools.cli.pose_options import LengthUnit
+from kr5_tools.cli.table_options import AngleUnit, ColumnsOption, LengthUnit, tell_notes
 from kr5_tools.cli.tables import figure_row, print_result
 from kr5_tools.cli.terminal import console, fail, spinner
 from kr5_tools.identify.axis_logs import (
     believed_cell,
-    check_metres,
     is_recording,
     need_target_cell,
-    read_columns,
     thinned,
     verdict_of,
 )
 from kr5_tools.identify.servo_logs import PATH, recorded_logs
 
 app = typer.Typer()
+COMMANDS, RESPONSES = ("cmd", "setpoint", "zc"), ("measured", "actual", "z")  # further names of columns
 
 
 @app.command(epilog="Example:  kr5 identify servo RECORDING --write-cell cell.yaml -o servo.json")
@@ -40,7 +42,8 @@ def servo(
         typer.Option(help="Joint, counted from 1, in place of the path correction; may be given several times."),
     ] = None,
     columns: ColumnsOption = None,
-    length: LengthUnit = "m",
+    length: LengthUnit = None,
+    angle: AngleUnit = None,
     cell_file: CellFileOption = None,
     write_cell: WriteCellFileOption = None,
     output: ResultOption = None,
@@ -48,8 +51,9 @@ def servo(
 ) -> None:
     """Servo H(s) = k wn² / (s² + 2 ζ wn s + wn²) with its delay, by least squares over the whole response.
 
-    Of a recording: the path correction from its steps, or with --joint joints from its motions. Of a CSV: columns t,
-    command, response (and run), or those of --columns; with --joint, the servo of that joint. Exit code: 0 when there
+    Of a recording: the path correction from its steps, or with --joint joints from its motions. Of a log: columns t,
+    command, response (and run), or those of --columns; with --joint, the servo of that joint, of which a log may have
+    the columns of all joints. Exit code: 0 when there
     is a result, 2 when there is none or the input is invalid.
     """
     options.validate()
@@ -59,7 +63,9 @@ def servo(
     need_target_cell(believed, write_cell)
     if joint and believed is not None and (wrong := [j for j in joint if not 1 <= j <= len(believed.robot.dh)]):
         fail(f"--joint: found {wrong[0]}, the arm has the joints 1 to {len(believed.robot.dh)}")
-    logs = recorded_logs(recording, joint, options) if recording else {_name(joint): _csv_log(source, columns, length)}
+    wanted = TableOptions(columns, length=length, angle=angle)
+    logs = recorded_logs(recording, joint, options) if recording else {_name(joint): _table_log(source, joint, wanted)}
+    tell_notes(wanted.notes)
     results = {}
     with spinner("Identifying the servo"):
         for name, log in logs.items():
@@ -80,18 +86,32 @@ def _name(joint: list[int] | None) -> str:
     if not joint:
         return PATH
     if len(joint) > 1:
-        fail("--joint: a CSV holds one response; give one joint")
+        fail("--joint: a log holds one response; give one joint")
     return f"joint {joint[0]}"
 
 
-def _csv_log(file: Path, columns: str | None, length: str) -> Any:
-    found, starts = read_columns(file, columns, ("t", "command", "response"))
-    return identification.ServoLog(
-        t=found["t"],
-        command=check_metres("command", found["command"], length, file),
-        response=check_metres("response", found["response"], length, file),
-        run_starts=starts,
-    )
+def _table_log(file: Path, joint: list[int] | None, wanted: TableOptions) -> Any:
+    """The response of a log; of a joint by columns of its own, or among those of all joints."""
+    kind = "angle" if joint else "length"
+    number = joint[0] if joint else 0
+    one = [TIME, Role("command", "command", kind, COMMANDS), Role("response", "response", kind, RESPONSES), RUN]
+    every = [
+        TIME,
+        Role("qc", "commands of the joints", kind, counted=True),
+        Role("q", "positions of the joints", kind, counted=True),
+        RUN,
+    ]
+    try:
+        table = wanted.read(file, one)
+        command, response = table["command"], table["response"]
+    except kr5.IoError:
+        if not joint:
+            raise
+        table = wanted.read(file, every)
+        if not all(1 <= number <= table[name].shape[1] for name in ("q", "qc")):
+            fail(f"--joint: found {number}, {file} has the joints 1 to {table['q'].shape[1]}")
+        command, response = table["qc"][:, number - 1], table["q"][:, number - 1]
+    return identification.ServoLog(t=table["t"], command=command, response=response, run_starts=table.run_starts())
 
 
 def put_servo(believed: Any, name: str, found: Any) -> None:

@@ -6,6 +6,7 @@ from typing import Any
 
 import kr5
 import numpy as np
+from kr5.logs.log_file import read_text_form
 
 ENDINGS = ".npz, .npy, .pcd, .ply, .csv, .txt or .xyz"
 POINT_KEYS = ("points", "xyz", "cloud", "pts")
@@ -121,20 +122,12 @@ def _ply(file: Path) -> CloudFile:
 
 
 def _text(file: Path) -> CloudFile:
+    """Points of a text in any of the forms of tables; read by rows of numbers, since scans have millions."""
+    form = read_text_form(file)
+    named = set("xyz") <= set(form.names)
+    columns = tuple(form.names.index(n) for n in "xyz") if named else (0, 1, 2)
     with file.open(encoding="utf-8-sig") as stream:
-        first = stream.readline()
-    comma = "," if "," in first else None
-    if not first.strip():
-        raise kr5.FileError(file, "the first line is empty; expected x y z, or a header")
-    words = [w.strip().lower().lstrip("#").strip() for w in (first.split(comma) if comma else first.split())]
-    header = 0 if _is_number(words[0]) else 1
-    columns = tuple(words.index(n) for n in "xyz") if header and set("xyz") <= set(words) else (0, 1, 2)
-    return CloudFile(np.loadtxt(file, delimiter=comma, skiprows=header, usecols=columns, ndmin=2, encoding="utf-8-sig"))
-
-
-def _is_number(word: str) -> bool:
-    try:
-        float(word)
-    except ValueError:
-        return False
-    return True
+        lines = (line.replace(",", ".") for line in stream) if form.decimal_commas else stream
+        return CloudFile(
+            np.loadtxt(lines, delimiter=form.delimiter, skiprows=form.rows_before, usecols=columns, ndmin=2)
+        )

@@ -5,10 +5,12 @@ from typing import Annotated, Any
 
 import typer
 from kr5.files import writing
+from kr5.logs.column_list import names_in_order
 from kr5.logs.importer import Readings, import_recording
 from kr5.logs.map_file import EXAMPLE
 
 from kr5_tools.cli import arguments, tables, terminal
+from kr5_tools.cli.table_options import ColumnsOption
 
 app = typer.Typer(no_args_is_help=True)
 
@@ -47,6 +49,7 @@ def import_log(
         Path, typer.Option("-o", "--output", metavar="FOLDER", help="Folder of the recording; must not exist yet.")
     ],
     log: LogFile = None,
+    columns: ColumnsOption = None,
     trust: Annotated[
         bool, typer.Option("--trust", help="Write the recording although some numbers are implausible.")
     ] = False,
@@ -70,7 +73,7 @@ def import_log(
         noise.extend(note.text(recording.cell) for note in notes)
 
     with terminal.spinner(f"Reading {log or map_file}"):
-        found, notes, problems = import_recording(log, map_file, add_noise)
+        found, notes, problems = import_recording(log, map_file, add_noise, columns=columns)
     if problems and not trust:
         remedy = "nothing was written; correct the map, or write the recording as it is with --trust"
         terminal.fail(*(problem.text() for problem in problems), remedy)
@@ -105,6 +108,7 @@ def guess(
         Path | None, typer.Option("-o", "--output", metavar="MAP.yaml", help="Map file to write.")
     ] = None,
     every: arguments.EveryOption = None,
+    columns: ColumnsOption = None,
     json_file: arguments.JsonOption = None,
 ) -> None:
     """Proposal of a map for logs, from the names of their columns and the size of their numbers; to be checked and
@@ -120,9 +124,10 @@ def guess(
     writing.check_writable(output, json_file, inputs=[*logs, cell])
     if cell.suffix.lower() in (".urdf", ".xml", ".mjcf", ".xacro"):
         terminal.fail(f"{cell}: found a description of a robot, expected a cell file; kr5 cell import {cell} makes one")
-    guessed = guess_map(
-        logs, kr5.cell.load_cell(cell), cell, output, GivenEntries(clock={"every": every} if every else {})
-    )
+    header = names_in_order(columns) if columns else None
+    given = GivenEntries(clock={"every": every} if every else {}, header=header)
+    guessed = guess_map(logs, kr5.cell.load_cell(cell), cell, output, given)
+    guessed.entry |= {"header": header} if header else {}
     text = yaml.safe_dump(guessed.entry, sort_keys=False, width=110)
     to = terminal.console(json_file)
     named = ", ".join(map(str, logs))

@@ -8,11 +8,12 @@ import typer
 from kr5 import calibration
 from kr5.files.results import write_result
 from kr5.files.writing import check_writable, write_json
+from kr5.tables.options import TableOptions
 
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.numbers import format_count, format_range
 from kr5_tools.cli.options import options_from
-from kr5_tools.cli.pose_options import Convention, PoseAngle, PoseLength
+from kr5_tools.cli.table_options import ColumnsOption, Convention, PoseAngle, PoseLength, tell_notes
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import console, fail, spinner
 from kr5_tools.repeatability.returns import read_commanded, read_returns, see_returns
@@ -32,16 +33,17 @@ def repeatability(
         typer.Argument(
             metavar="RETURNS",
             help=(
-                "CSV of measured poses with the point each belongs to (point, x, y, z, orientation; commanded_x … for"
+                "Table of measured poses with the point each belongs to (point, x, y, z, orientation; commanded_x … for"
                 " accuracy), in the order of the test; or a folder with a folder of images of a target for each point."
             ),
         ),
     ],
     options: calibration.RepeatabilityOptions,
     commanded: Annotated[
-        Path | None, typer.Option(help="CSV of the commanded poses, one a point, in the frame of the measured ones.")
+        Path | None, typer.Option(help="Table of the commanded poses, one a point, in the frame of the measured ones.")
     ] = None,
     point: Annotated[str | None, typer.Option(help="Column that names the point; by default point.")] = None,
+    columns: ColumnsOption = None,
     convention: Convention = None,
     length: PoseLength = None,
     angle: PoseAngle = None,
@@ -63,6 +65,7 @@ def repeatability(
     Exit code: 0 when there is a result, 2 when there is none or the input is invalid.
     """
     options.validate()
+    wanted = TableOptions(columns, convention=convention, length=length, angle=angle, point=point)
     commands: list[Any] = []
     if returns.is_dir():
         check_writable(output, json_file, inputs=[commanded, camera, hand_eye])
@@ -73,9 +76,10 @@ def repeatability(
         check_writable(output, json_file, inputs=[returns, commanded])
         if given := [f for f, v in (("--target", target), ("--camera", camera), ("--hand-eye", hand_eye)) if v]:
             fail(f"{', '.join(given)}: only with a folder of images")
-        measured, commands = read_returns(returns, point, convention, length, angle)
+        measured, commands = read_returns(returns, wanted)
     if commanded:
-        commands = read_commanded(commanded, point, convention, length, angle)
+        commands = read_commanded(commanded, wanted)
+    tell_notes(wanted.notes)
     with spinner("Simulating tests for the bounds"):
         result = calibration.measure_repeatability(measured, commands, options)
     keys = _keys(result, measured, options)

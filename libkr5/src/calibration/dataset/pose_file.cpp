@@ -6,6 +6,7 @@
 #include <cmath>
 #include <sstream>
 
+#include <kr5/calibration/pose_columns.hpp>
 #include <kr5/io/csv.hpp>
 #include <kr5/io/fields.hpp>
 
@@ -13,19 +14,6 @@ namespace kr5::calibration {
 namespace {
 
 using io::Node;
-
-/// Names of the numbers of a row, each with its spellings.
-std::vector<std::vector<std::string>> columns_of(RotationForm rotation) {
-  using enum RotationForm;
-  std::vector<std::vector<std::string>> out = {{"x", "tx", "px"}, {"y", "ty", "py"}, {"z", "tz", "pz"}};
-  const auto add = [&](std::initializer_list<std::vector<std::string>> more) { out.insert(out.end(), more); };
-  if (rotation == QuaternionXyzw) add({{"qx"}, {"qy"}, {"qz"}, {"qw"}});
-  if (rotation == QuaternionWxyz) add({{"qw"}, {"qx"}, {"qy"}, {"qz"}});
-  if (rotation == RotationVector) add({{"rx", "tux"}, {"ry", "tuy"}, {"rz", "tuz"}});
-  if (rotation == Rpy) add({{"roll", "rx"}, {"pitch", "ry"}, {"yaw", "rz"}});
-  if (rotation == KukaAbc) add({{"a"}, {"b"}, {"c"}});
-  return out;
-}
 
 std::string lower(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(),
@@ -35,7 +23,7 @@ std::string lower(std::string text) {
 
 std::string names_of(RotationForm rotation) {
   std::string out;
-  for (const auto& spellings : columns_of(rotation)) out += (out.empty() ? "" : " ") + spellings.front();
+  for (const auto& spellings : pose_column_names(rotation)) out += (out.empty() ? "" : " ") + spellings.front();
   return rotation == RotationForm::Matrix ? "12 or 16 numbers of a matrix" : out;
 }
 
@@ -92,7 +80,7 @@ void read_map(io::Reader& reader, const Node& root, RotationForm rotation, PoseF
   collect(root, "", found);
   std::vector<double> row;
   std::string missing;
-  for (const auto& spellings : columns_of(rotation)) {
+  for (const auto& spellings : pose_column_names(rotation)) {
     const auto at = std::find_if(found.begin(), found.end(), [&](const auto& f) {
       return std::find(spellings.begin(), spellings.end(), f.first) != spellings.end();
     });
@@ -147,15 +135,9 @@ PoseFile read_tree(const std::filesystem::path& file, RotationForm rotation) {
 
 PoseFile read_csv(const std::filesystem::path& file, RotationForm rotation) {
   const io::Table table = io::load_csv(file);
-  std::vector<int> columns;
-  for (const auto& spellings : columns_of(rotation))
-    for (std::size_t c = 0; c < table.columns.size(); ++c)
-      if (std::find(spellings.begin(), spellings.end(), lower(table.columns[c])) != spellings.end()) {
-        columns.push_back(static_cast<int>(c));
-        break;
-      }
+  const std::vector<int> columns = find_pose_columns(table.columns, rotation);
   PoseFile out;
-  if (static_cast<int>(columns.size()) != row_length(rotation) || rotation == RotationForm::Matrix) {
+  if (columns.empty() || std::find(columns.begin(), columns.end(), -1) != columns.end()) {
     if (!right_length(table.columns.size(), rotation)) {
       std::string all;
       for (const std::string& c : table.columns) all += " " + c;
@@ -174,8 +156,20 @@ PoseFile read_csv(const std::filesystem::path& file, RotationForm rotation) {
   return out;
 }
 
+/// Whether commas are decimal ones: another separator stands between numbers with at most one comma each.
+bool has_decimal_commas(const std::string& line) {
+  if (line.find_first_of(";\t") == std::string::npos) return false;
+  int commas = 0;
+  for (const char c : line) {
+    commas = c == ';' || c == '\t' ? 0 : commas + (c == ',');
+    if (commas > 1) return false;
+  }
+  return true;
+}
+
 /// Numbers of one line of text; commas, semicolons and brackets count as blanks.
 std::vector<double> numbers(std::string line, const std::string& where) {
+  if (has_decimal_commas(line)) std::replace(line.begin(), line.end(), ',', '.');
   for (char& c : line)
     if (std::string_view(",;[]()\t\r").find(c) != std::string_view::npos) c = ' ';
   std::istringstream words(line.substr(0, line.find('#')));
@@ -218,11 +212,22 @@ PoseFile read_plain(const std::filesystem::path& file, RotationForm rotation) {
   return out;
 }
 
+/// Whether a table has no names of columns.
+bool begins_with_number(const std::filesystem::path& file) {
+  std::istringstream text(io::read_text(file));
+  for (std::string line; std::getline(text, line);) {
+    const std::size_t first = line.find_first_not_of(" \t\r\xEF\xBB\xBF");
+    if (first == std::string::npos || line[first] == '#') continue;
+    return std::string_view("+-.0123456789").find(line[first]) != std::string_view::npos;
+  }
+  return false;
+}
+
 }  // namespace
 
 PoseFile load_poses(const std::filesystem::path& file, RotationForm rotation) {
   const std::string ending = lower(file.extension().string());
-  if (ending == ".csv") return read_csv(file, rotation);
+  if (ending == ".csv") return begins_with_number(file) ? read_plain(file, rotation) : read_csv(file, rotation);
   if (ending == ".yaml" || ending == ".yml" || ending == ".json") return read_tree(file, rotation);
   return read_plain(file, rotation);
 }

@@ -1,0 +1,86 @@
+"""A list of poses: a table, or a form without columns that the library reads (kr5/calibration/pose_file.hpp)."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+import kr5
+from kr5 import calibration
+from kr5.logs.log_file import ENDINGS
+from kr5.tables.pose_columns import format_of_rows, rotation_form
+from kr5.tables.read_table import read_table
+from kr5.tables.roles import OPTIONAL_TIME, PoseRole, Units
+
+FORMS = ("quaternion_xyzw", "rotation_vector", "rpy", "kuka_abc", "matrix")
+
+
+@dataclass
+class PoseList:
+    """Poses as the rows state them, with the numbers and their format."""
+
+    file: Path
+    rows: np.ndarray
+    format: calibration.PoseFormat
+    poses: list[np.ndarray]
+    names: list[str]  # of the rows, such as poses.csv:2
+    times: list[float] = field(default_factory=list)  # [s]
+    notes: list[str] = field(default_factory=list)
+
+
+def read_pose_list(
+    file: Path,
+    units: Units | None = None,
+    convention: str | None = None,
+    columns: str | None = None,
+    *,
+    strict: bool = True,
+    guess_units: bool = True,
+) -> PoseList:
+    """Poses of any table that `read_table` reads; of YAML and JSON with named numbers, lists or matrices; and of texts
+    in which a pose stands on several lines. strict: numbers that contradict the units are refused; guess_units: units
+    that nothing states are found."""
+    units = units or Units()
+    if file.suffix.lower().lstrip(".") not in ENDINGS or _has_poses_over_lines(file):
+        return _without_columns(file, units, convention, strict, guess_units)
+    table = read_table(
+        file, [PoseRole(strict=strict, guess_units=guess_units), OPTIONAL_TIME], units, convention, columns=columns
+    )
+    return PoseList(
+        file,
+        table.pose_rows["pose"],
+        table.pose_formats["pose"],
+        table.poses["pose"],
+        [table.row_name(k) for k in range(table.rows)],
+        [] if "t" not in table else [float(t) for t in table["t"]],
+        table.notes,
+    )
+
+
+def _has_poses_over_lines(file: Path) -> bool:
+    """Whether a text is of one pose with fewer numbers on a line than a pose has."""
+    if file.suffix.lower() != ".txt" or not file.is_file():
+        return False
+    lines = [line.split("#")[0].split() for line in file.read_text(encoding="utf-8-sig", errors="replace").splitlines()]
+    widths = {len(line) for line in lines if line}
+    return len(widths) == 1 and widths <= {1, 2, 3, 4}
+
+
+def _without_columns(file: Path, units: Units, convention: str | None, strict: bool, guess_units: bool) -> PoseList:
+    """Numbers in the order of their form, or by the names that a document gives them."""
+    tried: list[str] = []
+    for form in [rotation_form(convention)] if convention else FORMS:
+        try:
+            rows = calibration.load_poses(str(file), calibration.RotationForm(form))
+        except kr5.IoError as error:
+            tried.append(str(error))
+            continue
+        if not convention and rows.shape[1] == 6 and file.suffix.lower() == ".txt":
+            raise kr5.IoError(
+                f"{file}: found six numbers a pose, whose rotation may be of several forms; specify it with"
+                " --convention (rotation_vector, rpy or kuka)"
+            )
+        read_as = format_of_rows(str(file), rows, form, units.length, units.angle, strict, guess_units)
+        poses = list(calibration.to_poses(rows, read_as))
+        return PoseList(file, rows, read_as, poses, [f"{file.name}:{k + 1}" for k in range(len(rows))])
+    raise kr5.IoError(tried[0])
