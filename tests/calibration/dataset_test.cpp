@@ -82,6 +82,10 @@ TEST_CASE("poses are read from flat and nested keys, ViSP's matrices, lists, CSV
   CHECK(row("b.yaml", "[1, 2, 3, 4, 5, 6]", Rpy) == six);
   CHECK(row("c.yaml", "{X: 1, Y: 2, Z: 3, A: 4, B: 5, C: 6}", KukaAbc) == six);
   CHECK(row("d.csv", "name,yaw,pitch,roll,z,y,x\n7,6,5,4,3,2,1\n", Rpy) == six);
+  CHECK(row("d2.csv", "x;y;z;roll;pitch;yaw\n1,0;2,0;3;4;5;6\n", Rpy) == six);
+  CHECK(row("d3.csv", "1;2;3,0;4;5;6,0\n", Rpy) == six);
+  CHECK(row("d4.csv", "1,2,3,4,5,6\n", Rpy) == six);
+  CHECK(row("d5.txt", "1,0\t2,0\t3\t4\t5\t6,0\n", Rpy) == six);
   CHECK(row("e.txt", "# a comment\n1 2,3;\t4 5 6\n", RotationVector) == six);
   CHECK(row("f.txt", "1\n2\n3\n4\n5\n6\n", RotationVector) == six);
   const Eigen::VectorXd seven =

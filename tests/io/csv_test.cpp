@@ -55,6 +55,19 @@ TEST_CASE("spreadsheets' marks, blanks, plus signs and missing last newlines are
   CHECK_THROWS_WITH(table.column("x"), Contains("no column 'x'; there are t, z"));
 }
 
+TEST_CASE("semicolons, tabs and bars part columns, then with decimal commas or points") {
+  const Eigen::Matrix2d values = (Eigen::Matrix2d() << 0, 1.5, 1, -2e-3).finished();
+  for (const char* text : {"t;z\n0;1,5\n1;-2e-3\n", "t\tz\n0\t1,5\n1\t-0,002\n", "t|z\n0|1.5\n1|-2e-3\n"}) {
+    const Table table = parse_csv(text, "log.csv");
+    CAPTURE(text);
+    CHECK(table.columns == std::vector<std::string>{"t", "z"});
+    CHECK(table.values == values);
+  }
+  CHECK_THAT(complaint("t;z\n0;1,5,2\n"), Contains("log.csv:2: z: found '1,5,2'"));
+  CHECK_THAT(complaint("t;z\n0;1;5\n"), Contains("log.csv:2: found 3 values, expected 2"));
+  CHECK_THAT(complaint("t,z\n0;1,5\n"), Contains("log.csv:2"));
+}
+
 TEST_CASE("a bad header is refused with line and column") {
   CHECK_THAT(complaint(""), Contains("log.csv: found an empty file"));
   CHECK_THAT(complaint("\n\n"), Contains("log.csv: found an empty file"));

@@ -53,13 +53,13 @@ def test_couplings_are_found_and_written(tmp_path, run_kr5):
 @pytest.mark.parametrize(
     ("text", "words", "expected"),
     [
-        ("a,b\n1,2\n", (), "expected joint angles q1, q2"),
+        ("a,b\n1,2\n", (), "missing: q1, q2, … (joint angles; see --columns)"),
         ("q1,q2\n1,2\n", (), "neither encoder counts c1 to c2 nor motor angles"),
-        ("q1,q2,c1\n1,2,3\n", (), "column c2 is missing"),
+        ("q1,q2,c1\n1,2,3\n", (), "missing: c2"),
         ("q1,c1\n1,2\n2,4\n3,6\n", (), "counts_per_turn: needed where no motor angles are given"),
         ("q1,c1\n1,2\n2,4\n3,6\n", ("--counts-per-turn", "x"), "--counts-per-turn: found 'x'"),
         ("q1,m1\n1,90\n", (), "motor 1: 1 readings do not determine its ratio"),
-        ("q1,m1\n1,90\n2,180\n", ("--angle", "grad"), "--angle: found 'grad', expected rad or deg"),
+        ("q1,m1\n1,90\n2,180\n", ("--angle", "grad"), "'grad' is not one of 'rad', 'deg'"),
     ],
 )
 def test_readings_that_tell_nothing_are_refused(tmp_path, run_kr5, text, words, expected):

@@ -76,10 +76,10 @@ def test_readings_that_cannot_be_are_refused(tmp_path, run_kr5, readings):
         return " ".join(done.stderr.split())
 
     assert "found no torques tau1" in refused(tau1=None, tau2=None)
-    assert "expected link angles q1, … and motor angles m1" in refused(m1=None, m2=None)
+    assert "missing: m1, m2, … (motor angles over the gear ratio; see --columns)" in refused(m1=None, m2=None)
     assert "torque: joint 1 deflects against its torque" in refused(tau1=-readings["tau1"])
     assert "over the gear ratio" in refused(m2=125 * readings["m2"])
-    assert "--angle: found 'grad'" in refused("--angle", "grad")
+    assert "'grad' is not one of 'rad', 'deg'" in refused("--angle", "grad")
     assert "--torque-noise: found 'x'" in refused("--torque-noise", "x")
     assert "torque_noise: found 3 values, expected 1 or 2" in refused("--torque-noise", "1,1,1")
     assert "stiffness of 0 of 2 joints determined" in refused("--torque-noise", "50")

@@ -120,7 +120,10 @@ def test_logs_of_a_table_with_other_names_signs_and_units(tmp_path, run_kr5):
     write_csv(tmp_path / "log.csv", ["s", "zd", "z"], [t, -command, -response])
     data = identified(tmp_path, run_kr5, "servo", "log.csv", "--columns=s,-zd,-z", "--length", "mm")
     assert data["result"]["path correction"]["gain"] == pytest.approx(1.0, abs=0.01)
-    assert "in millimetres" in refused(run_kr5, "servo", "log.csv", "--columns", "s,zd,z")
+    found = identified(tmp_path, run_kr5, "servo", "log.csv", "--columns=s,-zd,-z")
+    assert found["figures"] == data["figures"]  # 24 is too large for metres
+    text = refused(run_kr5, "servo", "log.csv", "--columns", "s,zd,z", "--length", "m")
+    assert "in millimetres? (--length mm)" in text
 
     depth = np.linspace(-0.25e-3, 0.65e-3, 10)
     pressed = 23380 * np.maximum(depth, 0) + np.random.default_rng(1).normal(0, 0.1, 10)
@@ -166,7 +169,7 @@ def test_bad_logs_are_refused_with_the_reason(tmp_path, cases, run_kr5):
     t = 0.012 * np.arange(50)
     write_csv(tmp_path / "still.csv", ["t", "command", "response"], [t, 0 * t, 0 * t])
     assert "the command does not change" in refused(run_kr5, "servo", "still.csv")
-    assert "missing: depth (see --columns)" in refused(run_kr5, "contact", "still.csv")
+    assert "missing: depth (depth of the tool; see --columns)" in refused(run_kr5, "contact", "still.csv")
     assert "found 1 names" in refused(run_kr5, "contact", "still.csv", "--columns", "t")
     assert "--cell is missing" in refused(run_kr5, "servo", "still.csv", "--write-cell", "new.yaml")
     assert "--joint: found 9" in refused(run_kr5, "servo", cases / "case-006", "--joint", "9")

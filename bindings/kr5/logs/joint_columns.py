@@ -25,7 +25,7 @@ def joint_entry(family: Family, log: Log, cell: Any, stated: GivenEntries) -> tu
     given, put = stated.columns.get(family.name, {}), partial(stated.words.put, f"columns.{family.name}")
     if "side" in given:
         family = replace(family, motor_side=given["side"] == "motor")
-    values = np.column_stack([log.columns[n] for n in family.columns])
+    values = log.stacked(family.columns)
     if empty := [name for name, column in zip(family.columns, values.T) if not np.isfinite(column).any()]:
         raise kr5.FileError(
             log.file,

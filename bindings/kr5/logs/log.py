@@ -1,6 +1,7 @@
 """A log of a real cell: columns of numbers by name."""
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -45,6 +46,7 @@ class Log:
     texts: dict[str, list[str]] = field(default_factory=dict)  # of these columns, all cells
     order: list[str] = field(default_factory=list)  # of a text file, all columns as they stand in it
     named: bool = True  # false: columns without names, which are their numbers from 1
+    renamed: bool = False  # by the caller
     form: list[str] = field(default_factory=list)  # how a text is written, where it is no plain CSV
     notes: list[str] = field(default_factory=list)  # what was done to the numbers when they were read
 
@@ -110,6 +112,21 @@ class Log:
             shown = ", ".join(names[:12]) + (f" and {len(names) - 12} more" if len(names) > 12 else "")
             raise kr5.IoError(f"{where}: found '{name}', which {self.file} does not have{hint}: {shown}")
         return self.columns[name]
+
+    def stacked(self, names: Sequence[str]) -> np.ndarray:
+        """Columns beside each other, which must have as many values."""
+        for name in names[1:]:
+            self.require_rows(name, len(self.columns[names[0]]), names[0])
+        return np.column_stack([self.columns[name] for name in names])
+
+    def require_rows(self, name: str, rows: int, first: str) -> None:
+        """Refuses a column with other rows than the first one."""
+        if len(self.columns[name]) != rows:
+            raise kr5.FileError(
+                self.file,
+                f"{name} has {len(self.columns[name])} values and {first} has {rows}; expected as many of each, a row"
+                " an instant: was an array cut off, or does it belong to another log?",
+            )
 
     def unreadable(self, name: str) -> str:
         """Why a column of text has no numbers."""

@@ -18,6 +18,7 @@ from kr5.logs.bag_file import is_bag_folder, read_bag
 from kr5.logs.column_list import fitted_names
 from kr5.logs.entry_words import IN_MAP, EntryWords
 from kr5.logs.log import Log, TextCell
+from kr5.logs.mcap_file import read_mcap
 from kr5.logs.npz_file import read_npz
 
 MOST_HEAD = 1000  # lines before the first numbers
@@ -28,16 +29,10 @@ NUMBER = r"[-+]?\d+(,\d+)?([eE][-+]?\d+)?"
 BLANKS_AND_DECIMAL_COMMAS = re.compile(rf" *{NUMBER}( +{NUMBER})+ *")
 
 
-def _read_mcap(file: Path) -> Log:
-    from kr5.logs.mcap_file import read_mcap
-
-    return read_mcap(file)
-
-
-# Formats by their ending, each read by one function from file to columns; every command reads them all.
-BINARY: dict[str, Callable[[Path], Log]] = {"npz": read_npz, "mcap": _read_mcap, "db3": read_bag, "bag": read_bag}
+# Formats by their ending, each read by one function from a file to columns: a line here is a format of every command.
+READERS: dict[str, Callable[[Path], Log]] = {"npz": read_npz, "mcap": read_mcap, "db3": read_bag, "bag": read_bag}
 TEXTS = ("csv", "txt", "tsv", "dat", "log")
-ENDINGS = (*TEXTS, *BINARY)
+ENDINGS = (*TEXTS, *READERS)
 
 
 def read_log(file: Path, header: Sequence[str] | None = None, words: EntryWords = IN_MAP, unnamed: bool = False) -> Log:
@@ -48,8 +43,8 @@ def read_log(file: Path, header: Sequence[str] | None = None, words: EntryWords 
     if not file.is_file():
         raise kr5.FileError(file, f"no such file; expected a log ({', '.join('.' + e for e in ENDINGS)})")
     ending = file.suffix.lower().lstrip(".")
-    if ending in BINARY:
-        return _renamed(BINARY[ending](file), header)
+    if ending in READERS:
+        return _renamed(READERS[ending](file), header)
     if ending not in TEXTS:
         raise kr5.FileError(
             file, f"found the ending '.{ending}', expected one of {', '.join('.' + e for e in ENDINGS)}"
@@ -63,6 +58,7 @@ def _renamed(log: Log, header: Sequence[str] | None) -> Log:
         return log
     old = list(log.columns)
     new = dict(zip(old, fitted_names(header, old, len(old), log.file), strict=True))
+    log.renamed = old != list(new.values())
     log.columns = {new[name]: values for name, values in log.columns.items()}
     log.streams = {new[name]: stream for name, stream in log.streams.items()}
     log.clocks = {stream: new[name] for stream, name in log.clocks.items()}
@@ -89,6 +85,7 @@ def _read_text(file: Path, header: Sequence[str] | None, words: EntryWords, unna
     own = rows.pop(0)[1] if log.named else _commented_names(_line_above(text, lines[0][0]), delimiter, width)
     if header:
         names = fitted_names(header, own, width, file)
+        log.renamed = names != own
     elif own:
         names, log.named = own, True
     elif unnamed:

@@ -42,7 +42,7 @@ class ColumnSearch:
             self.found[role.name] = self._checked(role, self._counted(role) if role.counted else self._single(role))
         return self.found[role.name]
 
-    def columns_of_points(self, role: PointsRole) -> list[str]:
+    def columns_of_points(self, role: PointsRole, needed: bool) -> list[str]:
         """Three columns a point."""
         if role.name in self.given:
             names = [n.strip() for n in self.given[role.name].split(",")]
@@ -58,8 +58,8 @@ class ColumnSearch:
             names = [f"{axis}{k}" for k in numbers for axis in "xyz"] or ["x", "y", "z"]
         found = [(n, self._named(n)) for n in names]
         lacking = [n for n, c in found if c is None]
-        if lacking and (role.needed or len(lacking) < len(names) or role.name in self.given):
-            raise kr5.IoError(self.missing(lacking, role.option))
+        if lacking and (needed or len(lacking) < len(names) or role.name in self.given):
+            raise kr5.IoError(self.missing(lacking, role.option, role.what))
         columns = [c for _, c in found if c is not None]
         self._refuse_text(columns)
         return [] if lacking else columns
@@ -69,7 +69,7 @@ class ColumnSearch:
         wanted = [self.given[role.name]] if role.name in self.given else [role.name, *role.also]
         found = next((c for n in wanted if (c := self._named(n))), None)
         if found is None and (role.needed or role.name in self.given):
-            raise kr5.IoError(self.missing([wanted[0]], role.option))
+            raise kr5.IoError(self.missing([wanted[0]], role.option, role.what))
         return found
 
     def _named(self, name: str) -> str | None:
@@ -91,7 +91,7 @@ class ColumnSearch:
     def _stated(self, role: Role, name: str) -> str:
         if column := self._named(name):
             return column
-        raise kr5.IoError(self.missing([name], role.option))
+        raise kr5.IoError(self.missing([name], role.option, role.what))
 
     def _counted(self, role: Role) -> list[str]:
         count = self.counts.get(role.name)
@@ -100,7 +100,7 @@ class ColumnSearch:
         if role.name in self.given:
             return self._given_columns(role, self.given[role.name], count)
         for stem in (role.name, *role.also):
-            if found := self._numbered(stem, count, role.may_skip):
+            if found := self._numbered(role, stem, count):
                 return found
         return self._of_family(role, count)
 
@@ -117,8 +117,9 @@ class ColumnSearch:
             )
         return [self._stated(role, n.strip()) for n in names]
 
-    def _numbered(self, stem: str, count: int | None, may_skip: bool) -> list[str]:
+    def _numbered(self, role: Role, stem: str, count: int | None) -> list[str]:
         """q1, q2, …; also q_1 and, of arrays, q[0]. Fewer than asked for are an error, told by what is missing."""
+        may_skip = role.may_skip
         for form, first in (("{}{}", 1), ("{}_{}", 1), ("{}[{}]", 0)):
             names = [form.format(stem, k) for k in range(first, first + (count or MOST_COUNTED))]
             columns = [self._named(n) or "" for n in names]
@@ -129,7 +130,7 @@ class ColumnSearch:
                 names, columns = names[: last + may_skip], columns[: last + may_skip]
             lacking = [n for n, c in zip(names, columns, strict=True) if not c]
             if lacking and not may_skip:
-                raise kr5.IoError(self.missing(lacking, ""))
+                raise kr5.IoError(self.missing(lacking, role.option, role.what))
             if any(columns):
                 return columns
         return []
@@ -151,7 +152,7 @@ class ColumnSearch:
 
     def _checked(self, role: Role, columns: list[str]) -> list[str]:
         if not columns and role.needed:
-            raise kr5.IoError(self.missing([role.columns_in_words()], role.option))
+            raise kr5.IoError(self.missing([role.columns_in_words()], role.option, role.what))
         self._refuse_text(columns)
         return columns
 
@@ -160,7 +161,7 @@ class ColumnSearch:
             if column in self.log.text_columns:
                 raise kr5.IoError(self.log.unreadable(column))
 
-    def missing(self, lacking: Sequence[str], option: str) -> str:
+    def missing(self, lacking: Sequence[str], option: str, what: str = "") -> str:
         """The one sentence about columns that are not there."""
         columns = self.log.names()
         options = " and ".join(dict.fromkeys(o for o in (option, "--columns") if o))
@@ -170,7 +171,8 @@ class ColumnSearch:
                 f" columns in their order: --columns {self._example(len(columns))}"
             )
         shown = ", ".join(columns[:16]) + (f" and {len(columns) - 16} more" if len(columns) > 16 else "")
-        return f"{self.log.file}: found the columns {shown}; missing: {', '.join(lacking)} (see {options})"
+        of_what = f"{what}; " if what else ""
+        return f"{self.log.file}: found the columns {shown}; missing: {', '.join(lacking)} ({of_what}see {options})"
 
     def _example(self, width: int) -> str:
         """A list of columns that the command could take."""

@@ -66,7 +66,7 @@ def unit_of(
     size = float(np.nanmax(np.abs(values), initial=0.0))
     other = OTHER_UNIT.get(kind)
     if factor * size <= largest:
-        return factor, unit, [f"{shown} is read in {unit}, as its name says"] if how == "named" and factor != 1 else []
+        return factor, unit, []
     if how == "usual" and other and UNITS[kind][other] * size <= largest * (1 if kind == "length" else 100):
         return UNITS[kind][other], other, [f"{shown} is read in {other}: {size:.4g} is too large for {unit}"]
     remedy = f" ({role.unit_option or UNIT_OPTIONS[kind]} {other})" if other else ""

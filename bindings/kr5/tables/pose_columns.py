@@ -36,7 +36,10 @@ def add_poses(
     if found is None:
         return
     form, columns = found
-    rows = np.column_stack([_column(log, name) for name in columns])
+    for name in columns:
+        if name in log.text_columns:
+            raise kr5.IoError(log.unreadable(name))
+    rows = log.stacked(columns)
     check_finite(log, columns, rows)
     position, angle = _stated_units(search, columns, units)
     table.names[role.name], table.pose_rows[role.name] = columns, rows
@@ -53,7 +56,17 @@ def add_poses(
     try:
         table.poses[role.name] = list(calibration.to_poses(rows, read_as))
     except kr5.InvalidArgument as error:
-        raise kr5.IoError(f"{log.file}: {columns[0]} to {columns[-1]} read as {form}: {error}") from None
+        bad = next(k for k in range(len(rows)) if not _is_readable(rows[k : k + 1], read_as))
+        shown = f"{columns[0]} to {columns[-1]} read as {form}"
+        raise kr5.FileError(log.file, f"{log.row(bad)}: {shown}: {error}", remedy="see --convention") from None
+
+
+def _is_readable(rows: np.ndarray, read_as: calibration.PoseFormat) -> bool:
+    try:
+        calibration.to_poses(rows, read_as)
+    except kr5.InvalidArgument:
+        return False
+    return True
 
 
 def _units(read_as: calibration.PoseFormat, position: str | None, angle: str | None, usual: calibration.PoseFormat):
@@ -100,12 +113,6 @@ def _unnamed(log: Log, role: PoseRole, search: ColumnSearch, convention: str | N
     if role.needed:
         raise kr5.IoError(search.missing(["x, y, z and an orientation"], "--convention"))
     return None
-
-
-def _column(log: Log, name: str) -> np.ndarray:
-    if name in log.text_columns:
-        raise kr5.IoError(log.unreadable(name))
-    return np.asarray(log.columns[name])
 
 
 def _stated_units(search: ColumnSearch, columns: list[str], units: Units) -> tuple[str | None, str | None]:

@@ -77,10 +77,9 @@ def _in_order(listed: list[NamedColumn], log: Log, roles: Sequence[AnyRole]) -> 
     """Columns by role, where a list names columns of a file in the order of the roles, which have one each."""
     single = [r for r in roles if isinstance(r, Role) and not r.counted and r.name != "run"]
     names = [c.name for c in listed]
-    own = {r.name for r in roles}
     if not listed or len(single) < len([r for r in roles if r.name != "run"]) or not set(names) <= set(log.names()):
         return {}
-    if set(names) & own or (len(names) == len(log.names()) and not log.named):
+    if log.renamed:
         return {}
     needed = [r for r in single if r.needed]
     if not len(needed) <= len(names) <= len(single):
@@ -114,12 +113,8 @@ class _Rows:
             t, at = self.log.columns[clocks[stream]], self.log.columns[clocks[self.stream]]
             self.notes.append(f"{column} is interpolated at the times of {self.first}")
             return np.asarray(np.interp(at, t, own, left=np.nan, right=np.nan))
-        if len(own) == self.count:
-            return own
-        raise kr5.IoError(
-            f"{self.log.file}: {column} has {len(own)} values and {self.first} has {self.count}; expected as many of"
-            " each, a row an instant: was an array cut off, or does it belong to another log?"
-        )
+        self.log.require_rows(column, self.count, self.first)
+        return own
 
 
 def _add_numbers(
@@ -131,7 +126,8 @@ def _add_numbers(
     check_finite(log, there, raw[:, [bool(n) for n in names]], role.may_lack)
     followed = role.follows in table.units and not any(search.name_of(n).unit for n in there)
     if followed:
-        factor, unit, notes = table.factors[role.follows], f"{table.units[role.follows]}/s", []
+        rate = "/s" if "turn rate" in role.quantities else ""
+        factor, unit, notes = table.factors[role.follows], table.units[role.follows] + rate, []
     else:
         factor, unit, notes = unit_of(role, [search.name_of(n) for n in there], raw, units, log.file)
     table.notes += [f"{log.file.name}: {note}" for note in notes]
@@ -141,10 +137,10 @@ def _add_numbers(
 
 
 def _add_points(table: Table, log: Log, role: PointsRole, search: ColumnSearch, units: Units) -> None:
-    names = search.columns_of_points(role)
+    names = search.columns_of_points(role, needed=role.needed and role.instead not in table)
     if not names:
         return
-    raw = np.column_stack([log.columns[n] for n in names])
+    raw = log.stacked(names)
     check_finite(log, names, raw)
     length = Role(role.name, role.what, "length", option=role.option)
     factor, unit, notes = unit_of(length, [search.name_of(n) for n in names], raw, units, log.file)

@@ -24,7 +24,7 @@ class Role:
     option: str = ""  # of the command, that names the columns
     unit_option: str = ""  # of the command, that says their unit; by default that of the quantity
     each: tuple[str, ...] = ()  # of counted ones, the quantity of each, where they differ: sliding joints
-    follows: str = ""  # role whose unit is that of this one times a second, unless the names say another
+    follows: str = ""  # role in whose unit it is, of speeds a second, unless the names say another
     largest: float | None = None  # in SI, above which the unit is another one; by default that of the quantity
 
     @property
@@ -63,6 +63,7 @@ class PointsRole:
     name: str = "points"
     what: str = "measured points"
     needed: bool = True
+    instead: str = ""  # role of poses where these are not needed
     option: str = ""
 
 

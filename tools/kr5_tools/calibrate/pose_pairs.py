@@ -1,5 +1,4 @@
-"""Pairs of poses for a hand-eye calibration: a table, two files of poses, or what MoveIt, easy_handeye and easy_handeye2
-save."""
+"""Pairs of poses for a hand-eye calibration: a table, two files of poses, or what other programs save."""
 
 import re
 import shlex

@@ -11,7 +11,7 @@ from kr5.tables.roles import PointsRole, PoseRole, joints_role
 from kr5.tables.table import Table
 
 POSE = PoseRole(needed=False, strict=False)
-POINTS = PointsRole(needed=False, option="--position")
+POINTS = PointsRole(instead="pose", option="--position")
 
 
 def read_postures(source: Path, joints: list[Any], wanted: TableOptions) -> list[Any]:
@@ -29,11 +29,7 @@ def measured(table: Table) -> list[dict[str, Any]]:
     points = table.get("points")
     if "pose" in table and (points is None or points.shape[1] == 1):
         return [{"T_world_tool": pose} for pose in table.poses["pose"]]
-    if points is None:
-        raise kr5.IoError(
-            f"{table.file}: found the columns {', '.join(table.columns)}; missing: x, y, z of what was measured (see"
-            " --position and --columns)"
-        )
+    assert points is not None, "needed where there are no poses"
     return [{"points": kr5.points_from_rows(row)} for row in points]
 
 

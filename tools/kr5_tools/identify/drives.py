@@ -1,6 +1,5 @@
 """`kr5 identify drives`: structure matrix, gear ratios and encoder counts, from readings of motors and joints."""
 
-import math
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -21,7 +20,7 @@ from kr5_tools.cli.terminal import console, fail
 
 JOINTS = Role("q", "joint angles", "angle", counted=True, may_lack=True)
 COUNTS = Role("c", "encoder counts", counted=True, needed=False, may_lack=True)
-MOTORS = Role("m", "motor angles", "angle", counted=True, needed=False, may_lack=True, largest=math.inf)
+MOTORS = Role("m", "motor angles", "angle", counted=True, needed=False, may_lack=True, follows="q")
 GROUP = Role("group", "number of the experiment", needed=False)
 
 app = typer.Typer()
@@ -98,9 +97,8 @@ def read_readings(file: Path, wanted: TableOptions) -> Any:
     n = table["q"].shape[1]
     for role in ("c", "m"):
         if role in table and table[role].shape[1] != n:
-            fail(
-                f"{file}: found {table[role].shape[1]} columns {role}1, …; expected {role}1 to {role}{n} of {n} joints"
-            )
+            lacking = f"{role}{table[role].shape[1] + 1}"
+            fail(f"{file}: found the columns {', '.join(table.columns)}; missing: {lacking}, of {n} joints")
     if "c" not in table and "m" not in table:
         fail(f"{file}: found neither encoder counts c1 to c{n} nor motor angles m1 to m{n}")
     empty = np.empty((0, 0))

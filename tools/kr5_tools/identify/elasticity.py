@@ -22,7 +22,7 @@ from kr5_tools.cli.terminal import console, fail
 app = typer.Typer()
 MOST_JOINTS = 99
 LINKS = Role("q", "link angles", "angle", counted=True, may_lack=True, may_skip=True)
-MOTORS = Role("m", "motor angles over the gear ratio", "angle", counted=True, may_lack=True, may_skip=True)
+MOTORS = Role("m", "motor angles over the gear ratio", "angle", counted=True, may_lack=True, may_skip=True, follows="q")
 LINK_TORQUES = Role(
     "tau", "torques through the gears", "torque", counted=True, needed=False, may_lack=True, may_skip=True
 )

@@ -210,7 +210,7 @@ def _times(log: Log, map: Map, rows: int) -> np.ndarray:
             return every * np.arange(rows)
         if stamps is None:
             raise kr5.FileError(map.file, "needs a clock: {column: NAME, unit: s}, or {every: SECONDS}")
-        return np.asarray(log.columns[stamps]) * 1e-9
+        return np.asarray(log.columns[stamps])
     stamps_s = np.asarray(log.column(clock.column, f"{map.file}: clock.column")) * clock.seconds()
     return np.asarray(stamps_s - np.nanmin(stamps_s) + clock.offset)
 

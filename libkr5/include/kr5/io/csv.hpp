@@ -31,8 +31,7 @@ struct ParsedCsv {
 };
 ParsedCsv try_parse_csv(std::string_view text, const std::string& source);
 
-/// Reads numbers under one header line, separated by commas; or by semicolons, tabs or bars, as the header shows, and
-/// then with decimal points or commas. Blank lines are passed over.
+/// Reads numbers under a header line, parted by commas, semicolons, tabs or bars. Blank lines are passed over.
 /// @throws IoError with file, line and remedy of everything that is wrong: missing or empty file, no header, a
 /// duplicate or empty column name,
 ///         a row with too few or too many values, a value that is no finite number (NaN and inf are refused).

@@ -156,13 +156,15 @@ PoseFile read_csv(const std::filesystem::path& file, RotationForm rotation) {
   return out;
 }
 
-/// Whether commas are decimal ones: another separator stands between numbers with at most one comma each.
+/// Whether commas are decimal ones: semicolons or tabs part single numbers, of which some have one comma.
 bool has_decimal_commas(const std::string& line) {
   if (line.find_first_of(";\t") == std::string::npos) return false;
-  int commas = 0;
-  for (const char c : line) {
-    commas = c == ';' || c == '\t' ? 0 : commas + (c == ',');
-    if (commas > 1) return false;
+  std::string part;
+  std::istringstream words(line);
+  while (std::getline(words, part, line.find(';') != std::string::npos ? ';' : '\t')) {
+    part.erase(0, part.find_first_not_of(" \t"));
+    part.erase(part.find_last_not_of(" \t\r") + 1);
+    if (std::count(part.begin(), part.end(), ',') > 1 || part.find_first_of(" \t") != std::string::npos) return false;
   }
   return true;
 }
