@@ -14,7 +14,7 @@ from kr5_tools.app import COMMANDS
 ROOT = Path(__file__).resolve().parents[2]
 TOOLS = Path(kr5_tools.__file__).parent
 LIBRARY = Path(kr5.__file__).parent
-PACKAGES = [LIBRARY / name for name in ("files", "logs", "models")]
+PACKAGES = [LIBRARY / name for name in ("files", "logs", "models", "tables")]
 # What talks to people beside the commands: their common terminal, options that several share, and their texts.
 TALKING = {
     "gap/source.py",
@@ -77,7 +77,7 @@ def test_every_command_is_protected_by_the_import_contract():
     assert protected == commands()
 
 
-@pytest.mark.parametrize("package", ["kr5.files", "kr5.logs", "kr5.models"])
+@pytest.mark.parametrize("package", ["kr5.files", "kr5.logs", "kr5.models", "kr5.tables"])
 def test_what_a_package_exports_is_documented(package):
     module = importlib.import_module(package)
     assert module.__doc__ and module.__all__

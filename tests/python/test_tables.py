@@ -56,7 +56,8 @@ def force_torque_case(_):
     random = np.random.default_rng(1)
     gravity = random.normal(size=(40, 3))
     gravity *= 9.81 / np.linalg.norm(gravity, axis=1)[:, None]
-    wrench = np.hstack([2.4 * gravity, np.cross([0, 0, 0.12], gravity)]) + [1, 2, 3, 0.1, 0.2, 0.3]
+    wrench = np.hstack([2.4 * gravity, np.cross([0, 0, 0.12], gravity)])
+    wrench = wrench + np.array([1, 2, 3, 0.1, 0.2, 0.3])
     wrench += random.normal(size=(40, 6)) * np.repeat([0.15, 0.008], 3)
     names = ["gx", "gy", "gz", "fx", "fy", "fz", "tx", "ty", "tz"]
     return Case(["identify", "force-torque", "FILE"], names, np.hstack([gravity, wrench]))
@@ -103,6 +104,7 @@ def axes_case(share):
     home = np.array([0.1, -1.2, 1.4, 0.2, 0.9, 0.3])
     q = [home, *(home + d * np.eye(6)[k] for k in range(6) for d in np.linspace(-0.8, 0.8, 8))]
     rows = np.array([[*v, *rpy] for v in q for rpy in [kr5.to_xyzrpy(chain.flange(v))]])
+    rows[:, 6:] += np.random.default_rng(1).normal(0, 1e-5, (len(rows), 6))
     names = [*(f"q{k + 1}" for k in range(6)), "x", "y", "z", "roll", "pitch", "yaw"]
     return Case(["identify", "axes", "FILE", "--angle", "ANGLE"], names, rows, [*names[:6], *names[9:]])
 
@@ -130,7 +132,7 @@ def repeatability_case(_):
     random = np.random.default_rng(2)
     T = [kr5.from_xyzrpy([*place, 0.1, 0.2, 0.3]) for place in ([0.5, 0, 0.4], [0.6, 0.3, 0.5])]
     rows = [kr5.to_xyzrpy(T[k % 2] @ kr5.from_xyzrpy(random.normal(0, 5e-5, 6))) for k in range(24)]
-    words = ["repeatability", "FILE", "--angle", "ANGLE", "--draws", "200"]
+    words = ["repeatability", "FILE", "--angle", "ANGLE"]
     names = ["x", "y", "z", "roll", "pitch", "yaw"]
     return Case(words, names, np.array(rows), names[3:], points=["P one", "P2"] * 12)
 

@@ -34,6 +34,7 @@ MODULES = (
     "predict",
     "robot",
     "sim",
+    "tables",
     "uncertainty",
     "vision",
 )

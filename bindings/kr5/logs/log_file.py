@@ -85,7 +85,7 @@ def _read_text(file: Path, header: Sequence[str] | None, words: EntryWords, unna
     own = rows.pop(0)[1] if log.named else _commented_names(_line_above(text, lines[0][0]), delimiter, width)
     if header:
         names = fitted_names(header, own, width, file)
-        log.renamed = names != own
+        log.renamed, log.named = names != own, True
     elif own:
         names, log.named = own, True
     elif unnamed:

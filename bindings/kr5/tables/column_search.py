@@ -138,7 +138,7 @@ class ColumnSearch:
     def _of_family(self, role: Role, count: int | None) -> list[str]:
         """Columns that name joints, or count them in another way, as logs do."""
         family = FAMILIES.get(role.name)
-        if family is None:
+        if family is None or not self.log.named:
             return []
         stems = {re.sub(r"\d+", "#", c) for c in self.log.columns}
         sizes = [count] if count else sorted({len(self._of_stem(s)) for s in stems}, reverse=True)

@@ -79,7 +79,8 @@ def _columns_of(log: Log, role: PoseRole, search: ColumnSearch, convention: str 
     """Form of the rotation and columns in its order; None where there are none and none are needed."""
     columns = log.names()
     plain = [search.name_of(c).plain for c in columns]
-    if not log.named and not role.prefix and not search.given:
+    others = [r for r in search.roles if r.needed and r is not role]
+    if not log.named and not others:
         return _unnamed(log, role, search, convention)
     named = calibration.find_rotation_form(plain, role.prefix)
     form = rotation_form(convention) if convention else None if named is None else str(named)

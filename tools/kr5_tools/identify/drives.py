@@ -1,5 +1,6 @@
 """`kr5 identify drives`: structure matrix, gear ratios and encoder counts, from readings of motors and joints."""
 
+import math
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -20,7 +21,7 @@ from kr5_tools.cli.terminal import console, fail
 
 JOINTS = Role("q", "joint angles", "angle", counted=True, may_lack=True)
 COUNTS = Role("c", "encoder counts", counted=True, needed=False, may_lack=True)
-MOTORS = Role("m", "motor angles", "angle", counted=True, needed=False, may_lack=True, follows="q")
+MOTORS = Role("m", "motor angles", "angle", counted=True, needed=False, may_lack=True, follows="q", largest=math.inf)
 GROUP = Role("group", "number of the experiment", needed=False)
 
 app = typer.Typer()

@@ -1,5 +1,6 @@
 """`kr5 identify elasticity`: stiffness and play of the gears, from angles on both sides of them."""
 
+import math
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -22,7 +23,16 @@ from kr5_tools.cli.terminal import console, fail
 app = typer.Typer()
 MOST_JOINTS = 99
 LINKS = Role("q", "link angles", "angle", counted=True, may_lack=True, may_skip=True)
-MOTORS = Role("m", "motor angles over the gear ratio", "angle", counted=True, may_lack=True, may_skip=True, follows="q")
+MOTORS = Role(
+    "m",
+    "motor angles over the gear ratio",
+    "angle",
+    counted=True,
+    may_lack=True,
+    may_skip=True,
+    follows="q",
+    largest=math.inf,
+)
 LINK_TORQUES = Role(
     "tau", "torques through the gears", "torque", counted=True, needed=False, may_lack=True, may_skip=True
 )
