@@ -270,8 +270,12 @@ def test_a_text_without_names_is_read_with_the_header_that_is_asked_for(diagnose
     t, q, tau = moved(named_arm)
     rows = np.column_stack([t, q, tau])
     (tmp_path / "log.csv").write_text("\n".join(",".join(f"{v:.10g}" for v in row) for row in rows) + "\n")
-    refused(diagnose, "log.csv", "--model", named_urdf, text="--set 'header=[column1, column2")
+    refused(diagnose, "log.csv", "--model", named_urdf, text="names of its 13 columns")
+    refused(diagnose, "log.csv", "--model", named_urdf, text="--columns 't,q{1-6},tau{1-6}'")
     names = ["time", *(f"q{k + 1}" for k in range(6)), *(f"tau{k + 1}" for k in range(6))]
     header = f"header=[{', '.join(names)}]"
     code, said, data = diagnose("log.csv", "--model", named_urdf, "--set", header, *QUICK)
     assert code == 0 and data["verdict"] == "no_gap", said
+    listed = ("--columns", "time,q{1-6},tau{1-6}")
+    code, said, other = diagnose("log.csv", "--model", named_urdf, *listed, *QUICK)
+    assert code == 0 and other["columns"] == data["columns"], said

@@ -247,7 +247,7 @@ def test_files_that_hold_no_pairs_are_refused(run_kr5, tmp_path):
     refused(run_kr5, "p.csv", *mount, words=["camera_qw"])
     lines = text.splitlines()
     (tmp_path / "p.csv").write_text("\n".join([lines[0], "nan" + lines[1][lines[1].index(",") :], *lines[2:]]) + "\n")
-    refused(run_kr5, "p.csv", *mount, words=["p.csv:2", "finite number"])
+    refused(run_kr5, "p.csv", *mount, words=["p.csv: line 2", "finite number"])
     (tmp_path / "p.csv").write_text("\n".join(lines[:3]) + "\n")
     refused(run_kr5, "p.csv", *mount, words=["at least three pairs of poses, found 2"])
     (tmp_path / "p.csv").write_text("\n".join([*lines, lines[-1]]) + "\n")

@@ -107,12 +107,14 @@ def test_logs_that_tell_no_gravity_are_refused(run_kr5, tmp_path, believed):
         assert done.returncode == 2 and "Traceback" not in done.stderr and not (tmp_path / "no.json").exists()
         return " ".join(done.stderr.split())
 
-    assert "expected torques tau1 … or currents i1" in refused("names.csv", text.replace("tau", "load"))
+    assert "missing: tau1, tau2, … or i1, i2, … (torques or currents of the joints; see --columns)" in refused(
+        "names.csv", text.replace("tau", "load")
+    )
     assert "no joint moves slowly" in refused("fast.csv", text, "--greatest-speed", "0.006")
     assert "greatest_speed" in refused("speed.csv", text, "--greatest-speed", "0.001")
     lines = text.splitlines()
     degrees = [lines[0], *(",".join(str(57.3 * float(v)) for v in line.split(",")) for line in lines[1:])]
-    assert "are they in degrees" in refused("degrees.csv", "\n".join(degrees) + "\n")
+    assert "are they in degrees? (--angle deg)" in refused("degrees.csv", "\n".join(degrees) + "\n", "--angle", "rad")
     swapped = [lines[0], *lines[1:10], lines[20], *lines[10:]]
     assert "t: expected at least three increasing times" in refused("order.csv", "\n".join(swapped) + "\n")
     stuck = [line.split(",") for line in lines]

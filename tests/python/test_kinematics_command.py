@@ -75,8 +75,12 @@ def test_units_and_names_of_columns_are_options_and_wrong_ones_are_told(folder, 
     done = run_kr5(*common, "--joints", "joint_{}", "--length", "mm", "--angle", "deg", "--json", "out.json")
     assert done.returncode == 0, done.stderr
     assert json.loads((folder / "out.json").read_text())["result"]["sigma_position"] < 1e-4
-    done = run_kr5(*common, "--joints", "joint_{}", "--length", "mm")
+    done = run_kr5(*common, "--joints", "joint_{}", "--angle", "rad")
     assert done.returncode == 2 and "are they in degrees? (--angle deg)" in done.stderr
+    done = run_kr5(*common, "--joints", "joint_{}", "--json", "found.json")
+    assert done.returncode == 0, done.stderr
+    stated, found = (json.loads((folder / name).read_text())["figures"] for name in ("out.json", "found.json"))
+    assert stated == found
     done = run_kr5(*common)
     assert done.returncode == 2 and "missing: q1" in done.stderr and "--joints" in done.stderr
     done = run_kr5("calibrate", "kinematics", "other.csv")
@@ -431,7 +435,13 @@ def calibrated(folder, run_kr5, q, places, *arguments):
 
 def test_measurements_wrong_as_a_whole_are_told_in_words(folder, arm, run_kr5):
     q, places = measured(arm[1], 60, 1)
-    assert "are they in millimetres?" in calibrated(folder, run_kr5, q, 1e3 * places)
+    write(folder / "mm.csv", q, 1e3 * places)
+    common = ("calibrate", "kinematics", "mm.csv", "--cell", "cell.yaml")
+    done = run_kr5(*common, "-o", "mm.json")
+    assert done.returncode == 0 and "is read in mm" in done.stderr, done.stderr
+    assert json.loads((folder / "mm.json").read_text())["verdict"]["word"] == "good"
+    done = run_kr5(*common, "--length", "m")
+    assert done.returncode == 2 and "are they in millimetres? (--length mm)" in " ".join(done.stderr.split())
     assert "1.02 times as far apart" in calibrated(folder, run_kr5, q, 1.02 * places)
     assert "mirrored" in calibrated(folder, run_kr5, q, places * [1, -1, 1])
     text = calibrated(folder, run_kr5, q[1:], places[:-1])

@@ -199,19 +199,14 @@ def edit(file, change):
 BAD = {
     "missing": (lambda f: (f / "poses.csv").unlink(), "no such file"),
     "empty": (lambda f: (f / "profiles.csv").write_text(""), "is empty"),
-    "header only": (lambda f: (f / "profiles.csv").write_text("profile,x,z\n"), "no rows"),
+    "header only": (lambda f: (f / "profiles.csv").write_text("profile,x,z\n"), "no row of numbers"),
     "truncated": (lambda f: edit(f / "poses.csv", lambda t: t[: len(t) // 2]), "no pose of profile"),
     "text": (lambda f: edit(f / "poses.csv", lambda t: t.replace("0.", "zero", 1)), "expected a number"),
-    "nan pose": (lambda f: edit(f / "poses.csv", lambda t: t[: t.rindex(",")] + ",nan\n"), "expected a number"),
-    "millimetres": (lambda f: spoil(f, x_scale=1e3, z_scale=1e3), "--profile-length mm"),
+    "nan pose": (lambda f: edit(f / "poses.csv", lambda t: t[: t.rindex(",")] + ",nan\n"), "expected a finite number"),
     "metres as millimetres": (lambda f: spoil(f, x_scale=1e-3, z_scale=1e-3), "--profile-length mm"),
     "swapped": (lambda f: spoil(f, names=("z", "x")), "are the columns x and z swapped?"),
     "towards": (lambda f: spoil(f, z_scale=-1), "z is negative"),
-    "columns": (lambda f: spoil(f, names=("a", "b")), "missing: x, z"),
-    "poses in millimetres": (
-        lambda f: write_poses(f / "poses.csv", scaled_poses()),
-        "--length mm?",
-    ),
+    "columns": (lambda f: spoil(f, names=("a", "b")), "missing: x (points of a profile; see --columns)"),
     "a pose less": (
         lambda f: edit(f / "poses.csv", lambda t: "\n".join(t.splitlines()[:-1]) + "\n"),
         "no pose of profile 35",
@@ -240,6 +235,22 @@ def test_broken_files_are_told_in_words(folder, fault, run_kr5):
     assert done.returncode == 2, done.stdout
     assert words in done.stderr and "Traceback" not in done.stderr
     assert not (folder / "laser.json").exists()
+
+
+def test_millimetres_are_found_unless_metres_are_stated(folder, run_kr5):
+    spoil(folder, x_scale=1e3, z_scale=1e3)
+    write_poses(folder / "poses.csv", scaled_poses())
+    stated = ("--profile-length", "mm", "--length", "mm")
+    found = []
+    for words in (stated, ()):
+        done = run_kr5("calibrate", "laser", ".", *TARGETS, *words, "-o", "laser.json")
+        assert done.returncode == 0, done.stderr
+        found.append(json.loads((folder / "laser.json").read_text())["figures"])
+    assert found[0] == found[1] and "is read in mm" in done.stderr
+    done = run_kr5("calibrate", "laser", ".", *TARGETS, "--profile-length", "m")
+    assert done.returncode == 2 and "are they in millimetres? (--profile-length mm)" in done.stderr
+    done = run_kr5("calibrate", "laser", ".", *TARGETS, "--length", "m")
+    assert done.returncode == 2 and "is it in millimetres?" in done.stderr and "--length" in done.stderr
 
 
 def test_wrong_targets_are_told(folder, run_kr5):

@@ -43,6 +43,7 @@ def servo_case(_):
     t = 0.012 * np.arange(300)
     command = np.where(t > 0.2, 0.024, 0.0)
     response = 0.024 * (1 - np.exp(-8 * np.maximum(t - 0.2, 0)) * (1 + 8 * np.maximum(t - 0.2, 0)))
+    response += np.random.default_rng(1).normal(0, 1e-5, len(t))
     return Case(["identify", "servo", "FILE"], ["t", "command", "response"], np.column_stack([t, command, response]))
 
 

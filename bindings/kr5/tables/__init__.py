@@ -1,7 +1,7 @@
 """Tables of numbers, logs and lists of poses, read alike for every command.
 
-`read_table` finds in a file what its roles ask for, brings it to SI and says in notes how; `read_pose_list` reads poses.
-What is wrong with a file is raised as kr5.IoError or kr5.InvalidArgument, with the line, the column and the remedy.
+`read_table` finds in a file what its roles ask for, brings it to SI and says in notes how; `read_pose_list` reads
+poses. What is wrong with a file is raised as kr5.IoError or kr5.InvalidArgument, with line, column and remedy.
 """
 
 from kr5.tables.options import TableOptions

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import kr5
 from kr5.logs.column_names import find_families
 from kr5.logs.log import Log
+from kr5.tables.checks import missing_columns
 from kr5.tables.column_units import ColumnName, read_name
 from kr5.tables.roles import AnyRole, PointsRole, PoseRole, Role, TextRole
 
@@ -164,17 +165,10 @@ class ColumnSearch:
     def missing(self, lacking: Sequence[str], option: str, what: str = "") -> str:
         """The one sentence about columns that are not there."""
         columns = self.log.names()
-        options = " and ".join(dict.fromkeys(o for o in (option, "--columns") if o))
-        if not self.log.named:
-            return (
-                f"{self.log.file}: found {len(columns)} columns without names; missing: {', '.join(lacking)}; name the"
-                f" columns in their order: --columns {self._example(len(columns))}"
-            )
-        shown = ", ".join(columns[:16]) + (f" and {len(columns) - 16} more" if len(columns) > 16 else "")
-        of_what = f"{what}; " if what else ""
-        return f"{self.log.file}: found the columns {shown}; missing: {', '.join(lacking)} ({of_what}see {options})"
+        example = self._example()
+        return missing_columns(self.log.file, columns, self.log.named, lacking, what, option, example)
 
-    def _example(self, width: int) -> str:
+    def _example(self) -> str:
         """A list of columns that the command could take."""
         names: list[str] = []
         for role in self.roles:

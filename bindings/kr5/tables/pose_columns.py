@@ -13,7 +13,7 @@ from kr5.tables.table import Table
 
 SHORT_FORMS = {"quaternion": "quaternion_xyzw", "kuka": "kuka_abc"}  # of --convention, beside the names of the library
 CONVENTIONS = ("quaternion", "rotation_vector", "rpy", "kuka", "quaternion_wxyz", "matrix")
-ROTATIONS = "qx qy qz qw, rx ry rz, roll pitch yaw, or a b c"
+ROTATIONS = (("qx", "qy", "qz", "qw"), ("rx", "ry", "rz"), ("roll", "pitch", "yaw"), ("a", "b", "c"))
 
 
 def rotation_form(convention: str) -> str:
@@ -86,8 +86,10 @@ def _columns_of(log: Log, role: PoseRole, search: ColumnSearch, convention: str 
     form = rotation_form(convention) if convention else None if named is None else str(named)
     if form is None:
         if role.needed:
-            wanted = f"{role.prefix}x, {role.prefix}y, {role.prefix}z and an orientation ({ROTATIONS})"
-            raise kr5.IoError(search.missing([wanted], "--convention"))
+            p = role.prefix
+            named = ", or ".join(" ".join(p + name for name in names) for names in ROTATIONS)
+            wanted = f"{p}x, {p}y, {p}z and an orientation: {named}"
+            raise kr5.IoError(search.missing([wanted], "--convention", role.what))
         return None
     names = [spellings[0] for spellings in calibration.pose_column_names(_form(form))]
     at = calibration.find_pose_columns(plain, _form(form), role.prefix)

@@ -7,6 +7,7 @@ import numpy as np
 
 import kr5
 from kr5 import calibration
+from kr5.tables.checks import missing_columns
 
 
 @dataclass
@@ -46,6 +47,10 @@ class Table:
     def row_name(self, index: int) -> str:
         """A row by its file, such as `poses.csv:12`."""
         return f"{self.file.name}:{self.lines[index] if self.lines is not None else index + 1}"
+
+    def lacks(self, column: str, what: str, option: str = "") -> kr5.IoError:
+        """The error about a column that is not there, in the words of all commands."""
+        return kr5.IoError(missing_columns(self.file, self.columns, True, [column], what, option, ""))
 
     def run_starts(self) -> list[int]:
         """First row of each run, which a role `run` tells."""

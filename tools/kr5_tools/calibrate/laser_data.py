@@ -81,7 +81,11 @@ def _check_coordinates(file: Path, x: np.ndarray, z: np.ndarray) -> None:
         raise kr5.FileError(file, "no point has both x and z")
     x, z = x[seen], z[seen]
     if np.median(np.abs(z)) < LEAST_RANGE and np.median(np.abs(x)) < LEAST_RANGE:
-        raise kr5.FileError(file, f"ranges of {1e3 * np.median(np.abs(z)):.3f} mm; --profile-length m?")
+        raise kr5.FileError(
+            file,
+            f"found ranges of {1e3 * np.median(np.abs(z)):.3f} mm, expected metres, or millimetres with"
+            " --profile-length mm",
+        )
     if x.min() > 0 and z.min() < 0 < z.max():
         raise kr5.FileError(file, "x is always positive and z is not: are the columns x and z swapped?")
 

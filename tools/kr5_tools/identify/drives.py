@@ -98,8 +98,7 @@ def read_readings(file: Path, wanted: TableOptions) -> Any:
     n = table["q"].shape[1]
     for role in ("c", "m"):
         if role in table and table[role].shape[1] != n:
-            lacking = f"{role}{table[role].shape[1] + 1}"
-            fail(f"{file}: found the columns {', '.join(table.columns)}; missing: {lacking}, of {n} joints")
+            raise table.lacks(f"{role}{table[role].shape[1] + 1}", f"one of {n} joints")
     if "c" not in table and "m" not in table:
         fail(f"{file}: found neither encoder counts c1 to c{n} nor motor angles m1 to m{n}")
     empty = np.empty((0, 0))

@@ -115,7 +115,7 @@ def read_readings(file: Path, wanted: TableOptions, believed: Any) -> Any:
     table = wanted.read(file, [LINKS, MOTORS, LINK_TORQUES])
     both = [k for k in range(MOST_JOINTS) if all(len(table.names[r]) > k and table.names[r][k] for r in ("q", "m"))]
     if not both:
-        fail(f"{file}: found the columns {', '.join(table.columns)}; missing: q and m of the same joint")
+        raise table.lacks("q and m of the same joint", "angles on both sides of its gear")
     n = both[-1] + 1
     q, motor = (_of_joints(table[role], n) for role in ("q", "m"))
     if believed is not None:

@@ -115,13 +115,13 @@ def _table_readings(file: Path, believed: Any, wanted: TableOptions) -> list[Any
     elif believed is None:
         fail(f"{file}: has no gravity (gx, gy, gz), and --cell is missing, from whose arm it follows with q1, q2, …")
     elif "q" not in table:
-        fail(f"{file}: found the columns {', '.join(table.columns)}; missing: q1, q2, … (see --joints and --columns)")
+        raise table.lacks("q1, q2, …", "joint values", "--joints")
     else:
         readings = identification.posture_readings(believed, table["q"], wrench, t)
     if "load_mass" in table:
         for role in LOADS:
             if role.name not in table:
-                fail(f"{file}: found the columns {', '.join(table.columns)}; missing: {role.name} (see --columns)")
+                raise table.lacks(role.name, role.what)
         for reading, load in zip(readings, _stacked(table, [role.name for role in LOADS])):
             reading.load_mass, reading.load_com = float(load[0]), load[1:]
     return readings

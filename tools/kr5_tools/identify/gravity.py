@@ -112,9 +112,10 @@ def slow_log(log: Path, believed: Any, wanted: TableOptions) -> Any:
     joints = believed.nominal_chain().joints
     table = wanted.read(log, [OPTIONAL_TIME, joints_role(joints), SPEEDS, TORQUES, CURRENTS], len(joints))
     if "t" not in table:
-        fail(
-            f"{log}: found the columns {', '.join(table.columns)}; missing: t: postures at rest do not tell gravity"
-            " from friction, which only the two directions of slow motions do; log these with their time"
+        raise table.lacks(
+            "t",
+            "time: postures at rest do not tell gravity from friction, which only the two directions of slow motions"
+            " do; log these",
         )
     t = table["t"]
     if len(t) < 3 or not (np.diff(t) > 0).all():
@@ -126,7 +127,7 @@ def slow_log(log: Path, believed: Any, wanted: TableOptions) -> Any:
             fail(f"{log}: has currents (i1 …), but the cell has no drives to make torques of them; log tau1 …")
         tau = joint_torques(believed.drives, table["i"])
     else:
-        fail(f"{log}: found the columns {', '.join(table.columns)}, expected torques tau1 … or currents i1 …")
+        raise table.lacks("tau1, tau2, … or i1, i2, …", "torques or currents of the joints")
     speeds = {"qd": table["qd"]} if "qd" in table else {}
     return identification.JointLog(t=t, q=table["q"], tau=tau, **speeds)
 
