@@ -74,8 +74,7 @@ std::optional<PoseFormat> find_pose_units(const Eigen::MatrixXd& rows, RotationF
                                           std::optional<LengthUnit> position, std::optional<AngleUnit> angle) {
   const PoseFormat usual = usual_format(rotation);
   const bool metres = usual.position == LengthUnit::Metre, radians = usual.angle == AngleUnit::Radian;
-  for (const LengthUnit p :
-       choices(position, usual.position, metres ? LengthUnit::Millimetre : LengthUnit::Metre))
+  for (const LengthUnit p : choices(position, usual.position, metres ? LengthUnit::Millimetre : LengthUnit::Metre))
     for (const AngleUnit a : choices(angle, usual.angle, radians ? AngleUnit::Degree : AngleUnit::Radian)) {
       const PoseFormat format{p, rotation, a};
       if (format_objections(rows, format).empty()) return format;
