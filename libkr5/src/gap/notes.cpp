@@ -97,6 +97,26 @@ void add_reading(const Diagnosis& d, std::vector<Note>& out) {
          ""});
 }
 
+/// What was found about the recording and the search, late columns apart.
+std::vector<Note> notes_of_recording(const Diagnosis& d, bool noise_declared) {
+  std::vector<Note> out;
+  add_left_out(d, out);
+  for (const ColumnName& name : d.coarse)
+    out.push_back({name.experiment + "." + name.column +
+                       " shows almost no noise, as with a coarse resolution or a dead sensor; the declared noise is "
+                       "used.",
+                   ""});
+  if (!d.excused.empty())
+    out.push_back({"Even a freely fitted arm leaves an error in " + std::to_string(d.excused.size()) +
+                       (d.excused.size() == 1 ? " column" : " columns") +
+                       "; that part is not attributed to a cause, and gaps are relative to the sensor noise alone.",
+                   ""});
+  add_spikes(d, out);
+  add_limits(d, out);
+  add_noise(d, noise_declared, out);
+  return out;
+}
+
 }  // namespace
 
 std::string left_out_text(const LeftOut& left_out) {
@@ -138,21 +158,7 @@ std::string fault_text(const ClockFault& fault) {
 }
 
 std::vector<Note> notes(const Diagnosis& d, bool noise_declared) {
-  std::vector<Note> out;
-  add_left_out(d, out);
-  for (const ColumnName& name : d.coarse)
-    out.push_back({name.experiment + "." + name.column +
-                       " shows almost no noise, as with a coarse resolution or a dead sensor; the declared noise is "
-                       "used.",
-                   ""});
-  if (!d.excused.empty())
-    out.push_back({"Even a freely fitted arm leaves an error in " + std::to_string(d.excused.size()) +
-                       (d.excused.size() == 1 ? " column" : " columns") +
-                       "; that part is not attributed to a cause, and gaps are relative to the sensor noise alone.",
-                   ""});
-  add_spikes(d, out);
-  add_limits(d, out);
-  add_noise(d, noise_declared, out);
+  std::vector<Note> out = notes_of_recording(d, noise_declared);
   add_reading(d, out);
   return out;
 }
@@ -160,7 +166,7 @@ std::vector<Note> notes(const Diagnosis& d, bool noise_declared) {
 std::vector<std::string> warnings(const Diagnosis& d) {
   std::vector<std::string> out;
   for (const ClockFault& fault : d.clock_faults) out.push_back(capitalised(fault_text(fault)) + ".");
-  for (const Note& note : notes(d)) out.push_back(note.text);
+  for (const Note& note : notes_of_recording(d, true)) out.push_back(note.text);
   return out;
 }
 
