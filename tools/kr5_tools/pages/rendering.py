@@ -6,8 +6,6 @@ import re
 from pathlib import Path
 from typing import Any
 
-from kr5.files import writing
-
 from kr5_tools.cli.numbers import format_number
 
 UNITS = {"px", "mm", "deg", "m", "rad", "s", "ms"}
@@ -106,6 +104,8 @@ def themed_svg(text: str) -> str:
 
 def write_png(plots: list[Any], folder: Path) -> list[Path]:
     """Each plot as a PNG file."""
+    from kr5.files import writing
+
     writing.make_folder(folder)
     files = [folder / f"{plot.name}.png" for plot in plots]
     for plot, file in zip(plots, files):

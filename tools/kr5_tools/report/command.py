@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
 import typer
-from kr5.files import results, writing
 
 from kr5_tools.cli import arguments, terminal
 from kr5_tools.cli.numbers import format_number
@@ -51,6 +50,8 @@ def report(
     json_file: arguments.JsonOption = None,
 ) -> None:
     """Self-contained page of a result file (no network, no other files), and its plots as PNG."""
+    from kr5.files import writing
+
     writing.check_writable(output, json_file, inputs=[result])
     writing.check_page(output)
     written = write_page_of(result, output, png, recording)
@@ -79,6 +80,8 @@ PAGES = {
 
 def write_page_of(result: Path, output: Path, png: Path | None, recording: Path | None) -> list[Path]:
     """Writes the page of a result file or a protocol; returns the files of its plots."""
+    from kr5.files import results
+
     if result.suffix.lower() in (".yaml", ".yml"):
         return write_protocol_page(result, output, png)
     data = results.read_result(result)
@@ -103,6 +106,7 @@ def write_page_of(result: Path, output: Path, png: Path | None, recording: Path 
 
 
 def write_protocol_page(source: Path, output: Path, png: Path | None) -> list[Path]:
+    from kr5.files import results
     from kr5.files.documents import read_yaml
 
     from kr5_tools.simulation import protocol_page
@@ -126,6 +130,7 @@ def fail_malformed(source: Path, error: Exception) -> NoReturn:
 def write_report(data: dict[str, Any], source: Path, output: Path, png: Path | None = None) -> list[Path]:
     """Writes the page and, if asked, the plots; returns the files of the plots."""
     import matplotlib.pyplot as plt
+    from kr5.files import writing
 
     from kr5_tools.calibrate import plots
     from kr5_tools.pages.plot_style import STYLE
@@ -146,6 +151,8 @@ def write_report(data: dict[str, Any], source: Path, output: Path, png: Path | N
 
 def make_page(data: dict[str, Any], source: Path, drawn: list[Any]) -> str:
     """The HTML of the page."""
+    from kr5.files import results
+
     from kr5_tools.exports.page_items import page_items
     from kr5_tools.targets import detection_table
 
