@@ -92,6 +92,8 @@ class CleanErrors(TyperGroup):
     """
 
     def invoke(self, ctx: Any) -> Any:
+        if "--help" in (*ctx._protected_args, *ctx.args):  # without the library, which takes a moment to load
+            return super().invoke(ctx)
         from kr5_tools.cli.terminal import cautions_printed, fail_with, is_user_error, sign_of_life
 
         end = None
@@ -116,6 +118,7 @@ class CleanErrors(TyperGroup):
             sign_of_life.end()
         if end:
             raise end
+        return None
 
 
 @contextlib.contextmanager
