@@ -17,6 +17,7 @@ from kr5.files.paths import find_shipped
 from kr5_tools.cli import arguments, tables, terminal
 from kr5_tools.cli.interruption import run_child, tell_when_stopped
 from kr5_tools.cli.numbers import format_number
+from kr5_tools.cli.terminal import Console
 
 app = typer.Typer()
 
@@ -104,7 +105,7 @@ def _widest(gaps: dict[str, float]) -> str:
     return max(gaps, key=gaps.__getitem__)
 
 
-def _tell_of_cell(out: Any, found: dict[str, Any], worn: dict[str, str], friction: dict[str, Any]) -> None:
+def _tell_of_cell(out: Console, found: dict[str, Any], worn: dict[str, str], friction: dict[str, Any]) -> None:
     """The gap of the worn cell, the diagnosis and the insertion, for people."""
     widest = _widest(found["gaps"])
     out.print(
@@ -208,7 +209,7 @@ def _load(file: Path) -> Any:
     return read_yaml(file, "the data of the demo; specify their folder: kr5 demo CHECKOUT/share/data/demo")
 
 
-def _run(jobs: list[list[list[str]]], out: Any) -> None:
+def _run(jobs: list[list[list[str]]], out: Console) -> None:
     """Jobs side by side, as many as there are cores; the commands of a job one after the other."""
     with terminal.spinner("Running the commands"), ThreadPoolExecutor(os.cpu_count()) as pool:
         done = list(pool.map(lambda job: _run_job(job, out), jobs))
@@ -219,7 +220,7 @@ def _run(jobs: list[list[list[str]]], out: Any) -> None:
         raise typer.Exit(failed[0].returncode)
 
 
-def _run_job(commands: list[list[str]], out: Any) -> subprocess.CompletedProcess[str]:
+def _run_job(commands: list[list[str]], out: Console) -> subprocess.CompletedProcess[str]:
     """How the last command that ran ended."""
     for command in commands:
         shown = " ".join(command) if len(command) < 12 else f"{' '.join(command[:3])} … {' '.join(command[-4:])}"
@@ -260,7 +261,7 @@ def _region(data: dict[str, Any], truth: dict[str, Any]) -> float:
     )
 
 
-def _tell(out: Any, rows: list[dict[str, Any]], named: list[str], ratio: float, truth: dict[str, Any]) -> None:
+def _tell(out: Console, rows: list[dict[str, Any]], named: list[str], ratio: float, truth: dict[str, Any]) -> None:
     import numpy as np
 
     cells = (

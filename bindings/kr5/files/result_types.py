@@ -1,11 +1,15 @@
 """Types of result files as dictionaries, as commands make and write them; result_models checks those that are read."""
 
-from typing import Any, TypedDict
+from typing import Any, Literal, Required, TypedDict
+
+import numpy.typing as npt
 
 
-class VerdictData(TypedDict):
-    word: str
-    text: str
+class VerdictData(TypedDict, total=False):
+    word: Required[str]
+    text: Required[str]
+    label: str
+    icon: str
 
 
 class CauseData(TypedDict, total=False):
@@ -26,6 +30,20 @@ class FigureData(TypedDict, total=False):
     corrected: list[float] | None
 
 
+ViewNumber = Literal[
+    "points",
+    "rms_px",
+    "weight",
+    "robot_position",
+    "robot_rotation",
+    "distance",
+    "position_error",
+    "noise_px",
+    "tilt_deg",
+    "influence",
+]
+
+
 class ViewData(TypedDict, total=False):
     """A view, a posture or a profile, and what is left of it."""
 
@@ -43,7 +61,7 @@ class ViewData(TypedDict, total=False):
     outlier: bool | None
     image: str | None
     drawing: str | None
-    note: str
+    reason: str
 
 
 class ResidualData(TypedDict):
@@ -59,7 +77,7 @@ class ResidualData(TypedDict):
 class FrameData(TypedDict, total=False):
     name: str
     parent: str | None
-    T: list[list[float]]
+    T: npt.ArrayLike
     kind: str
     size: list[float]
     id: int
@@ -73,8 +91,10 @@ class FindingData(TypedDict, total=False):
     ids: list[int]
     pixels: list[list[float]]
     sigma: list[float]
+    id: int | str
+    rms_px: float | None
     pose: dict[str, Any] | None
-    noise: float | None
+    pose_message: str
 
 
 class MissData(TypedDict, total=False):
@@ -108,8 +128,31 @@ class ResultData(TypedDict, total=False):
     samples: list[dict[str, Any]]
     wrenches: dict[str, Any]
     returns: list[dict[str, Any]]
-    responses: dict[str, Any]
+    responses: list[dict[str, Any]]
     design: dict[str, Any]
     contact: dict[str, Any]
     cloud: dict[str, Any]
     camera: dict[str, Any]
+    # an insertion
+    inserted: bool
+    pegs: list[dict[str, Any]]
+    phases: list[dict[str, Any]]
+    profile: dict[str, list[float]]
+    directions: dict[str, dict[str, float | None]]
+    T_tube_actual: list[list[float]]
+    # bins
+    pellets: list[dict[str, Any]]
+    bins: list[dict[str, Any]]
+    # a study of uncertainty
+    parts: list[dict[str, Any]]
+    # a scene
+    name: str
+    passed: bool
+    checks: list[dict[str, Any]]
+    # a sweep
+    tilts: list[float]
+    clearances: list[float]
+    orientations: list[str]
+    strategies: list[str]
+    insert_by: str
+    seed: int

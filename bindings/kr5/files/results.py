@@ -92,7 +92,7 @@ def _program() -> str:
     return "kr5" if name in ("", "__main__.py") else name
 
 
-def write_if_usable(data: dict[str, Any], fit: Any, *files: Path | None) -> None:
+def write_if_usable(data: dict[str, Any], fit: kr5.FitReport, *files: Path | None) -> None:
     """Writes a result where it is wanted; one that must not be used is told, and no older file is lost for it."""
     if not fit.usable:
         raise kr5.InvalidArgument(fit.message)

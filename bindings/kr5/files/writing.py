@@ -2,6 +2,8 @@
 there.
 """
 
+from __future__ import annotations
+
 import contextlib
 import io
 import json
@@ -14,9 +16,12 @@ import tempfile
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import kr5
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @dataclass
@@ -251,7 +256,7 @@ def write_json(data: Any, file: Path | str | None) -> None:
         write_text(json.dumps(to_plain(data), indent=1, ensure_ascii=False) + "\n", file)
 
 
-def save_figure(figure: Any, file: Path | str, **settings: Any) -> None:
+def save_figure(figure: Figure, file: Path | str, **settings: Any) -> None:
     """A figure of matplotlib, in the format that the ending of the file names."""
     buffer = io.BytesIO()  # a writer of matplotlib that meets a full disk complains of itself instead
     figure.savefig(buffer, format=Path(file).suffix[1:].lower() or None, **settings)

@@ -422,7 +422,7 @@ def import_recording(
     return recording, importer.notes, merged_problems(found or _data_problems(recording, importer))
 
 
-def _data_problems(recording: Any, importer: Importer) -> list[LogProblem]:
+def _data_problems(recording: kr5.cell.Recording, importer: Importer) -> list[LogProblem]:
     """What the check of recordings says of the tables; of the model, which the log does not contradict, it is noted."""
     found = []
     measured = {Path(e.file).stem: str(e.joint_reference) == "measured" for e in recording.experiments}

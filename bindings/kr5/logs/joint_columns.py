@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 import kr5
+import kr5.cell
 from kr5.logs.column_names import Family
 from kr5.logs.log import Log
 from kr5.logs.map_file import Source, names_of, read_source
@@ -20,7 +21,7 @@ from kr5.logs.values import to_si
 FARTHEST = 20.0  # [m] a cell reaches, beyond which a length is in millimetres
 
 
-def joint_entry(family: Family, log: Log, cell: Any, stated: GivenEntries) -> tuple[dict[str, Any], str, str]:
+def joint_entry(family: Family, log: Log, cell: kr5.cell.Cell, stated: GivenEntries) -> tuple[dict[str, Any], str, str]:
     """Its entry in a map, what of it is proposed, and why. `stated`: what the user states."""
     given, put = stated.columns.get(family.name, {}), partial(stated.words.put, f"columns.{family.name}")
     if "side" in given:
@@ -66,7 +67,7 @@ def pattern_of(names: list[str]) -> Any:
     return names
 
 
-def joint_values(entry: dict[str, Any], name: str, log: Log, cell: Any) -> np.ndarray:
+def joint_values(entry: dict[str, Any], name: str, log: Log, cell: kr5.cell.Cell) -> np.ndarray:
     """The columns in SI, on the joint side; rows x joints."""
     members = [f"{name}{k + 1}" for k in range(cell.robot.joints)]
     source = read_source(entry, name, members, Path(log.file), ("columns", name), "")
@@ -84,7 +85,7 @@ def _scaled(values: np.ndarray, given: dict[str, Any]) -> np.ndarray:
 
 
 def _joint_unit(
-    family: Family, values: np.ndarray, log: Log, cell: Any, put: Callable[..., str] | None
+    family: Family, values: np.ndarray, log: Log, cell: kr5.cell.Cell, put: Callable[..., str] | None
 ) -> tuple[str | list[str], str]:
     """Unit of the columns, from their name or the size of their numbers. `put`: how errors ask for a scale, where none
     is stated."""
@@ -123,5 +124,5 @@ def _largest(values: np.ndarray, chosen: list[bool]) -> float:
     return float(np.nanmax(np.abs(values[:, chosen])))
 
 
-def _gear_ratio(cell: Any) -> float:
+def _gear_ratio(cell: kr5.cell.Cell) -> float:
     return float(np.abs(np.asarray(cell.drives.structure)).max()) if cell.drives else 100.0

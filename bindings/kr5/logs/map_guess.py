@@ -62,7 +62,7 @@ class GuessedMap:
 
 def guess_map(
     files: Sequence[Path],
-    cell: Any,
+    cell: kr5.cell.Cell,
     cell_file: Path,
     output: Path | None = None,
     given: GivenEntries | None = None,
@@ -106,7 +106,7 @@ def _beside(file: Path, output: Path | None) -> str:
     return str(file.absolute()) if output is None else os.path.relpath(file, output.parent)
 
 
-def _parts_of(log: Log, cell: Any, given: GivenEntries) -> list[LogPart]:
+def _parts_of(log: Log, cell: kr5.cell.Cell, given: GivenEntries) -> list[LogPart]:
     names, number = list(cell.robot.joint_names), cell.robot.joints
     stated = {
         name: names_of(entry["from"], number, f"columns.{name}")
@@ -176,7 +176,7 @@ def _published(log: Log) -> tuple[list[str], list[str]]:
 
 
 def _read_part(
-    part: LogPart, cell: Any, given: GivenEntries, out: GuessedMap, where: str
+    part: LogPart, cell: kr5.cell.Cell, given: GivenEntries, out: GuessedMap, where: str
 ) -> tuple[RawPart, dict[str, Any], GuessedClock | None]:
     columns, clock = (
         _motion_columns(part, cell, given, out, where)
@@ -191,7 +191,7 @@ def _read_part(
 
 
 def _motion_columns(
-    part: LogPart, cell: Any, given: GivenEntries, out: GuessedMap, where: str
+    part: LogPart, cell: kr5.cell.Cell, given: GivenEntries, out: GuessedMap, where: str
 ) -> tuple[dict[str, Any], GuessedClock]:
     log, found, columns = part.log, part.families, dict[str, Any]()
     q, qc = found.first("q"), found.first("qc")
@@ -250,12 +250,18 @@ def _refuse_two_publishers(log: Log, positions: Any) -> None:
             )
 
 
-def _cycle(cell: Any) -> float | None:
+def _cycle(cell: kr5.cell.Cell) -> float | None:
     return cell.servo.cycle if cell.servo else None
 
 
 def _add_joints(
-    columns: dict[str, Any], family: Family, log: Log, cell: Any, given: GivenEntries, out: GuessedMap, where: str
+    columns: dict[str, Any],
+    family: Family,
+    log: Log,
+    cell: kr5.cell.Cell,
+    given: GivenEntries,
+    out: GuessedMap,
+    where: str,
 ) -> None:
     entry, proposal, why = joint_entry(family, log, cell, given)
     columns[family.name] = entry
@@ -280,7 +286,7 @@ def _values(family: Family, log: Log) -> np.ndarray:
 
 
 def _use_measured(
-    columns: dict[str, Any], part: LogPart, cell: Any, given: GivenEntries, out: GuessedMap, where: str
+    columns: dict[str, Any], part: LogPart, cell: kr5.cell.Cell, given: GivenEntries, out: GuessedMap, where: str
 ) -> None:
     """Measured positions for the motion, where no commands were logged, or none can be simulated."""
     q, qc = part.families.first("q"), part.families.first("qc")
@@ -318,7 +324,7 @@ def _note_others(found: FoundFamilies, columns: dict[str, Any], out: GuessedMap,
 
 
 def _kind_columns(
-    part: LogPart, cell: Any, given: GivenEntries, out: GuessedMap, where: str
+    part: LogPart, cell: kr5.cell.Cell, given: GivenEntries, out: GuessedMap, where: str
 ) -> tuple[dict[str, Any], GuessedClock | None]:
     columns: dict[str, Any] = {}
     q = part.families.first("q")
@@ -357,7 +363,7 @@ def _value_unit(name: str, values: np.ndarray) -> str:
 # Experiments
 
 
-def _raw_part(part: LogPart, columns: dict[str, Any], given: GivenEntries, cell: Any) -> RawPart:
+def _raw_part(part: LogPart, columns: dict[str, Any], given: GivenEntries, cell: kr5.cell.Cell) -> RawPart:
     """What the split needs to know of a part: its times, its motion in SI, its runs."""
     log, rows = part.log, len(next(iter(part.log.columns.values())))
     run = kr5.cell.run_column(kr5.cell.Kind(part.kind))
@@ -406,7 +412,7 @@ def _raw_part(part: LogPart, columns: dict[str, Any], given: GivenEntries, cell:
 
 
 def _commands_at(
-    t: np.ndarray, part: LogPart, entry: dict[str, Any], cell: Any, clock: GuessedClock
+    t: np.ndarray, part: LogPart, entry: dict[str, Any], cell: kr5.cell.Cell, clock: GuessedClock
 ) -> np.ndarray | None:
     """Commands at the times of the readings, rows x joints; nothing where they have no times."""
     family = part.families.first("qc")
@@ -430,7 +436,7 @@ def _in_time(log: Log, column: str, clock: GuessedClock) -> tuple[np.ndarray, np
     return clock.seconds, values
 
 
-def _settle_time(cell: Any) -> float:
+def _settle_time(cell: kr5.cell.Cell) -> float:
     """Time after which a servo has forgotten how it began [s]."""
     if not (cell.servo and cell.servo.joint):
         return 0.0

@@ -25,12 +25,12 @@ class Series:
     values: np.ndarray
 
 
-def column_unit(cell: Any, name: str, member: int, source: Source) -> float:
+def column_unit(cell: kr5.cell.Cell, name: str, member: int, source: Source) -> float:
     """Size in SI of the unit of the log of one column of a family."""
     return unit_factor(source.unit[member], column_quantities(cell, name, member), source.where)[0]
 
 
-def to_si(source: Source, name: str, raw: np.ndarray, cell: Any, note: Note) -> np.ndarray:
+def to_si(source: Source, name: str, raw: np.ndarray, cell: kr5.cell.Cell, note: Note) -> np.ndarray:
     """Numbers of the log in SI, on the joint side (currents: on the motors), wrenches in S."""
     out = np.empty(raw.shape)
     kinds = []
@@ -64,7 +64,7 @@ QUANTITY = {
 }
 
 
-def column_quantities(cell: Any, name: str, member: int) -> tuple[str, ...]:
+def column_quantities(cell: kr5.cell.Cell, name: str, member: int) -> tuple[str, ...]:
     if name in ("q", "qc"):
         slide = str(cell.robot.dh[member].type) == "prismatic"
         return ("length",) if slide else ("angle",)
@@ -75,7 +75,7 @@ def column_quantities(cell: Any, name: str, member: int) -> tuple[str, ...]:
     return QUANTITY.get(name, ("none",))
 
 
-def joint_torques(drives: Any, currents: np.ndarray) -> np.ndarray:
+def joint_torques(drives: kr5.cell.Drives, currents: np.ndarray) -> np.ndarray:
     """Torques on the joint side that motor currents make: S^T (k i), a row a sample."""
     return np.asarray((currents * np.asarray(drives.torque_constant)) @ np.asarray(drives.structure))
 
@@ -85,7 +85,9 @@ def of_motors(source: Source) -> bool:
     return source.side == "motor" or any(unit in UNITS["current"] for unit in source.unit)
 
 
-def across_gears(source: Source, name: str, values: np.ndarray, cell: Any, note: Note, quantity: str) -> np.ndarray:
+def across_gears(
+    source: Source, name: str, values: np.ndarray, cell: kr5.cell.Cell, note: Note, quantity: str
+) -> np.ndarray:
     """Motor to joint side and back by the structure matrix S; torque to current and back by the torque constants."""
     drives = cell.drives
     motor = of_motors(source)

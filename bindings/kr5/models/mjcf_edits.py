@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 import kr5
+import kr5.cell
 from kr5 import cell as kr5_cell
 from kr5.kinematics import Body, body_without, is_real, merged_body, transformed_body
 from kr5.models.mjcf_arm import MjcfArm, pose
@@ -36,7 +37,7 @@ class Edits:
         return bool(self.bodies or self.sites or self.new_site or moved)
 
 
-def edits_of(arm: MjcfArm, cell: Any, springs: np.ndarray) -> Edits:
+def edits_of(arm: MjcfArm, cell: kr5.cell.Cell, springs: np.ndarray) -> Edits:
     """The edits that make the arm of an MJCF that of a cell, effects apart.
 
     springs: stiffness [N m/rad or N/m] and joint value without torque, n x 2, added to the springs of the MJCF. Raises
@@ -70,7 +71,9 @@ def turned_about(point: np.ndarray, direction: np.ndarray, slides: bool, value: 
 
 
 class _Planner:
-    def __init__(self, arm: MjcfArm, cell: Any, now: Any, displaced: list[np.ndarray], springs: np.ndarray) -> None:
+    def __init__(
+        self, arm: MjcfArm, cell: kr5.cell.Cell, now: Any, displaced: list[np.ndarray], springs: np.ndarray
+    ) -> None:
         self.arm, self.cell, self.now, self.springs = arm, cell, now, springs
         self.displaced = [np.eye(4) if alike(T, np.eye(4)) else T for T in displaced]
         tool = cell.tool.T_flange_tool if cell.tool is not None else np.eye(4)

@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 
+import kr5.cell
+import kr5.kinematics
 from kr5 import cell as kr5_cell
 from kr5.files.xml_text import add_element, document_text, number_text, quaternion, rounded_pose
 from kr5.models.simulator_masses import inertial_attributes, require_masses
@@ -14,7 +16,7 @@ THICKNESS = 0.02  # radius of the links that a viewer shows [m]
 SHORTEST = 1e-3  # of a link to show [m]
 
 
-def mjcf_text(cell: Any, springs: np.ndarray) -> str:
+def mjcf_text(cell: kr5.cell.Cell, springs: np.ndarray) -> str:
     """MJCF of arm and tool, effects apart: bodies link_1 ... link_n, joint friction and limits, the drives' inertia as
     armature, gravity, and the tip as site tool_tip. The base is the world.
 
@@ -46,7 +48,7 @@ def _add_inertial(body: xml.Element, found: Any) -> None:
     add_element(body, "inertial", pos=found.com, mass=found.mass, **inertial_attributes(found))
 
 
-def _add_joint(body: xml.Element, link: Any, spring: np.ndarray) -> None:
+def _add_joint(body: xml.Element, link: kr5.kinematics.Body, spring: np.ndarray) -> None:
     bounded = math.isfinite(link.lower) and math.isfinite(link.upper)
     stiffness, rest = spring
     add_element(

@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 
 import kr5
+import kr5.cell
+import kr5.kinematics
 from kr5 import cell as kr5_cell
 from kr5.files.xml_text import add_element, document_text, rounded_pose
 from kr5.models.simulator_masses import require_masses
@@ -15,7 +17,7 @@ VERSION = "1.9"
 MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")  # in the order of a Body
 
 
-def sdf_text(cell: Any, springs: np.ndarray) -> str:
+def sdf_text(cell: kr5.cell.Cell, springs: np.ndarray) -> str:
     """SDF of arm and tool, effects apart: base_link fixed to the world, links link_1 ... link_n, joint friction and
     limits, and frames flange and tool_tip.
 
@@ -50,7 +52,7 @@ def _add_frame(model: xml.Element, name: str, attached_to: str, T: np.ndarray) -
     _add_pose(add_element(model, "frame", name=name, attached_to=attached_to), T)
 
 
-def _add_link(model: xml.Element, name: str, T: np.ndarray, relative_to: str, body: Any) -> None:
+def _add_link(model: xml.Element, name: str, T: np.ndarray, relative_to: str, body: kr5.kinematics.Body) -> None:
     link = add_element(model, "link", name=name)
     _add_pose(link, T, relative_to)
     inertial = add_element(link, "inertial")
@@ -70,7 +72,9 @@ def _add_joint(model: xml.Element, name: str, kind: str, parent: str, child: str
     return joint
 
 
-def _add_moving_joint(model: xml.Element, link: Any, parent: str, child: str, spring: np.ndarray) -> None:
+def _add_moving_joint(
+    model: xml.Element, link: kr5.kinematics.Body, parent: str, child: str, spring: np.ndarray
+) -> None:
     bounded = math.isfinite(link.lower) and math.isfinite(link.upper)
     kind = "prismatic" if str(link.type) == "prismatic" else "revolute" if bounded else "continuous"
     axis = add_element(_add_joint(model, link.joint, kind, parent, child), "axis")

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 import kr5
+import kr5.cell
 from kr5 import cell as kr5_cell
 from kr5 import physics
 from kr5.files import writing
@@ -85,7 +86,7 @@ class WrittenModel:
 
 
 def write_model(
-    cell: Any, output: Path | str, original: Path | str | None = None, base: str = "", tip: str = ""
+    cell: kr5.cell.Cell, output: Path | str, original: Path | str | None = None, base: str = "", tip: str = ""
 ) -> WrittenModel:
     """Writes a cell, with its effects, as the model that the ending of `output` names: .urdf, .xml (MJCF), .sdf, or
     .yaml (a cell, whose effects that no nominal value holds stay effects).
@@ -114,7 +115,7 @@ def check_editable(original: Path | str, base: str = "", tip: str = "") -> None:
         refuse_computed_masses(load_mjcf(Path(original), base, tip))
 
 
-def lost_effects(cell: Any, kind: Kind) -> list[tuple[str, str]]:
+def lost_effects(cell: kr5.cell.Cell, kind: Kind) -> list[tuple[str, str]]:
     """The effects of a cell, with their targets, of which a model of this kind cannot hold every parameter."""
     losses = _accounts(physics.fold_effects(cell, add_drives=kind != Kind.CELL), kind)[1]
     return list(dict.fromkeys((loss.effect, loss.target) for loss in losses))
@@ -132,7 +133,7 @@ def _check_original(output: Path, kind: Kind, original: Path | str | None) -> No
         )
 
 
-def _text(cell: Any, out: WrittenModel, original: Path | None, base: str, tip: str) -> str:
+def _text(cell: kr5.cell.Cell, out: WrittenModel, original: Path | None, base: str, tip: str) -> str:
     springs = physics.cable_springs(cell)
     if out.kind == Kind.CELL:
         return str(cell.to_yaml())
@@ -151,7 +152,7 @@ def _text(cell: Any, out: WrittenModel, original: Path | None, base: str, tip: s
     return _updated_mjcf(cell, out, original, base, tip, springs)
 
 
-def _updated_urdf(cell: Any, out: WrittenModel, original: Path, base: str, tip: str) -> str:
+def _updated_urdf(cell: kr5.cell.Cell, out: WrittenModel, original: Path, base: str, tip: str) -> str:
     update = kr5_cell.update_urdf(cell, model_text(original), str(original), base, tip)
     out.changes = list(update.changes)
     if out.file.resolve().parent == original.resolve().parent:
@@ -171,7 +172,9 @@ def _with_meshes_of(xml: str, original: Path, output: Path) -> str:
     return re.sub(named, renamed, xml)
 
 
-def _updated_mjcf(cell: Any, out: WrittenModel, original: Path, base: str, tip: str, springs: np.ndarray) -> str:
+def _updated_mjcf(
+    cell: kr5.cell.Cell, out: WrittenModel, original: Path, base: str, tip: str, springs: np.ndarray
+) -> str:
     from kr5.models.mjcf_arm import load_mjcf
     from kr5.models.mjcf_document import edited_mjcf
     from kr5.models.mjcf_edits import edits_of

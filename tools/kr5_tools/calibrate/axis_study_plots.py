@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+from kr5.files.result_types import ResultData
 from matplotlib.figure import Figure
 
 from kr5_tools.pages.plot_style import BLUE, GREEN, GREY, RED, WIDE, plt
@@ -12,13 +13,13 @@ LINES = ("-", "--", ":", "-.")
 KINDS = (("length_rms_mm", "lengths, RMS [mm]"), ("angle_rms_deg", "angles, RMS [deg]"))
 
 
-def _rows(data: dict[str, Any]) -> list[dict[str, Any]]:
+def _rows(data: ResultData) -> list[dict[str, Any]]:
     if data.get("format") != "kr5-axes-study/1":
         return []
     return [r for r in data.get("result", {}).get("rows", ()) if "length_rms_mm" in r]
 
 
-def study_noise(data: dict[str, Any]) -> Figure | None:
+def study_noise(data: ResultData) -> Figure | None:
     """Errors of lengths and angles against noise, a line for each device and arc."""
     rows = _rows(data)
     if not rows:
@@ -49,7 +50,7 @@ def study_noise(data: dict[str, Any]) -> Figure | None:
     return figure
 
 
-def study_parameters(data: dict[str, Any]) -> Figure | None:
+def study_parameters(data: ResultData) -> Figure | None:
     """Error of each parameter at the usual noise, by device, for the widest arc."""
     rows = _rows(data)
     if not rows:

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import kr5
+import kr5.vision
 import numpy as np
 import typer
 from kr5 import vision
@@ -17,7 +18,7 @@ from kr5_tools.cli.cell_output import CellOption, WriteCellOption, load_target_c
 from kr5_tools.cli.numbers import format_count, format_number
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, make_table, print_result
-from kr5_tools.cli.terminal import console, fail, print_note, spinner
+from kr5_tools.cli.terminal import Console, console, fail, print_note, spinner
 from kr5_tools.exports.command_line import Exports, export_options
 from kr5_tools.targets.sightings import Sightings, check_target_size, find_in_images, load_target
 
@@ -125,7 +126,7 @@ def _lost_causes(lost: list[dict[str, str]], total: int) -> list[dict[str, str]]
     return causes
 
 
-def _verdict(result: Any, causes: list[dict[str, str]]) -> dict[str, str]:
+def _verdict(result: kr5.vision.CameraCalibration, causes: list[dict[str, str]]) -> dict[str, str]:
     if not result.fit.usable:
         return {"word": "unusable", "text": result.fit.message}
     objections = [c["text"] for c in causes if c["cause"] in UNCERTAIN_CAUSES]
@@ -145,7 +146,7 @@ def _verdict(result: Any, causes: list[dict[str, str]]) -> dict[str, str]:
     return {"word": "good", "text": f"{determined} {known}{out}".strip()}
 
 
-def _figures(result: Any) -> list[dict[str, Any]]:
+def _figures(result: kr5.vision.CameraCalibration) -> list[dict[str, Any]]:
     std = np.sqrt(np.diag(result.covariance))
     rows = []
     for i, name in enumerate(PARAMETERS):
@@ -158,7 +159,7 @@ def _figures(result: Any) -> list[dict[str, Any]]:
     return rows
 
 
-def _keys(result: Any, files: list[Path], seen: Sightings, target: str) -> dict[str, Any]:
+def _keys(result: kr5.vision.CameraCalibration, files: list[Path], seen: Sightings, target: str) -> dict[str, Any]:
     views, lost, total = seen.views, seen.lost, len(seen.views) + len(seen.lost)
     causes = [{k: v for k, v in f.to_dict().items() if k != "severe"} for f in result.findings]
     causes += _lost_causes(lost, total)
@@ -216,11 +217,11 @@ def _keys(result: Any, files: list[Path], seen: Sightings, target: str) -> dict[
     }
 
 
-def _model_name(m: Any) -> str:
+def _model_name(m: kr5.vision.CameraModelScore) -> str:
     return str(m.lens) + (", fx = fy" if m.square_pixels else "") + (", bent target" if m.bent_target else "")
 
 
-def _show(result: Any, data: dict[str, Any], out: Any) -> None:
+def _show(result: kr5.vision.CameraCalibration, data: dict[str, Any], out: Console) -> None:
     print_result(data, out)
     out.print()
     out.print(
@@ -271,7 +272,7 @@ def _show(result: Any, data: dict[str, Any], out: Any) -> None:
     )
 
 
-def _show_peers(result: Any, views: list[Any], size: tuple[int, int], out: Any) -> None:
+def _show_peers(result: kr5.vision.CameraCalibration, views: list[Any], size: tuple[int, int], out: Console) -> None:
     lens = "rational8" if str(result.lens) == "radial6" else str(result.lens)
     visp_lens = "none" if lens == "none" else "k1"
     opencv, visp = vision.calibrate_camera_opencv, vision.calibrate_camera_visp

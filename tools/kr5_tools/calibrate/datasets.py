@@ -66,7 +66,7 @@ def camera_of(text: str, seen: Sightings) -> tuple[Any, str]:
     return found.camera, "calibrated from the same images"
 
 
-def residuals_of(view: Any, camera: Any, T: np.ndarray) -> dict[str, Any]:
+def residuals_of(view: kr5.View, camera: kr5.Pinhole, T: np.ndarray) -> dict[str, Any]:
     """Seen minus predicted pixels of a view whose target is at T in the camera."""
     points = T[:3, :3] @ view.points + T[:3, 3:]
     d = view.pixels - camera.project(points) if (points[2] > 0).all() else np.full_like(view.pixels, np.nan)

@@ -1,8 +1,7 @@
 """Plots of designed motions and of gravity models."""
 
-from typing import Any
-
 import numpy as np
+from kr5.files.result_types import ResultData
 from matplotlib.figure import Figure
 
 from kr5_tools.pages.plot_style import BLUE, GREEN, GREY, RED, WIDE, WIDTH, plt
@@ -10,7 +9,7 @@ from kr5_tools.pages.plot_style import BLUE, GREEN, GREY, RED, WIDE, WIDTH, plt
 UNITS = {"rad": (180 / np.pi, "deg"), "m": (1e3, "mm")}
 
 
-def excitation_motion(data: dict[str, Any]) -> Figure | None:
+def excitation_motion(data: ResultData) -> Figure | None:
     """Joint values of a designed motion over time."""
     result = data.get("result", {})
     if data.get("format") != "kr5-excitation/1":
@@ -28,7 +27,7 @@ def excitation_motion(data: dict[str, Any]) -> Figure | None:
     return figure
 
 
-def limit_use(data: dict[str, Any]) -> Figure | None:
+def limit_use(data: ResultData) -> Figure | None:
     """How much of each limit a designed motion uses, joint by joint."""
     result = data.get("result", {})
     parts = [
@@ -49,7 +48,7 @@ def limit_use(data: dict[str, Any]) -> Figure | None:
     return figure
 
 
-def condition_history(data: dict[str, Any]) -> Figure | None:
+def condition_history(data: ResultData) -> Figure | None:
     """The condition number over the improvements of a design."""
     values = [v for v in data.get("result", {}).get("condition_after", ()) if v is not None]
     if data.get("format") != "kr5-excitation/1" or len(values) < 2:
@@ -60,7 +59,7 @@ def condition_history(data: dict[str, Any]) -> Figure | None:
     return figure
 
 
-def gravity_overlay(data: dict[str, Any]) -> Figure | None:
+def gravity_overlay(data: ResultData) -> Figure | None:
     """Measured torques of slow motion, those that the model says with friction, and gravity alone; a panel a joint."""
     result = data.get("result", {})
     if data.get("format") != "kr5-gravity/1":
@@ -83,7 +82,7 @@ def gravity_overlay(data: dict[str, Any]) -> Figure | None:
     return figure
 
 
-def joint_springs(data: dict[str, Any]) -> Figure | None:
+def joint_springs(data: ResultData) -> Figure | None:
     """Motor minus link angle over the torque, with the law that was found; a panel for each joint that gives way."""
     result = data.get("result", {})
     if data.get("format") != "kr5-elasticity/1":

@@ -3,6 +3,8 @@
 from typing import Any
 
 import kr5
+import kr5.calibration
+import kr5.kinematics
 import numpy as np
 from kr5 import calibration
 
@@ -24,7 +26,12 @@ def need_placing(fitted: list[Any], further: list[Any]) -> bool:
 
 
 def judge(
-    result: Any, chain: Any, fitted: list[Any], further: list[Any], known_distances: list[Any], options: Any
+    result: kr5.calibration.KinematicsResult,
+    chain: kr5.kinematics.DhChain,
+    fitted: list[Any],
+    further: list[Any],
+    known_distances: list[Any],
+    options: kr5.calibration.KinematicsOptions,
 ) -> dict[str, Any]:
     """Errors on the further postures [mm]. Base and tool are those of the fit; the nominal arm gets its own from the
     same postures, distances and options. What the fit does not say of them, both take from the further postures."""
@@ -61,14 +68,14 @@ def held_out_text(held_out: dict[str, Any]) -> str:
     )
 
 
-def _kind(posture: Any) -> int | None:
+def _kind(posture: kr5.calibration.ArmPosture) -> int | None:
     """What a device measured of a posture: a pose (0), or how many points; None where no device did."""
     if posture.T_world_tool is not None:
         return 0
     return posture.points.shape[1] or None
 
 
-def _arm_held(options: Any, hold: list[str]) -> Any:
+def _arm_held(options: kr5.calibration.KinematicsOptions, hold: list[str]) -> Any:
     """The options of the fit, for an arm that stays as it is. Nothing is an outlier: that was decided in the fit."""
     fields = options.to_dict() | {
         "hold": hold,
@@ -81,13 +88,13 @@ def _arm_held(options: Any, hold: list[str]) -> Any:
     return calibration.KinematicsOptions.from_dict(fields)
 
 
-def _corrected(result: Any, posture: Any) -> Any:
+def _corrected(result: kr5.calibration.KinematicsResult, posture: kr5.calibration.ArmPosture) -> Any:
     """A posture with the joint values at which the identified arm stood."""
     torques = posture.torques if len(result.compliances) else np.zeros(0)
     return calibration.ArmPosture.from_dict(posture.to_dict() | {"q": result.corrected(posture.q, torques)})
 
 
-def _distances(result: Any, postures: list[Any]) -> np.ndarray:
+def _distances(result: kr5.calibration.KinematicsResult, postures: list[kr5.calibration.ArmPosture]) -> np.ndarray:
     """Distance of each measured point from where the arm puts it [m]."""
     out = []
     for posture in postures:

@@ -4,6 +4,8 @@ wrong."""
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import kr5
+import kr5.calibration
 import numpy as np
 import typer
 from kr5 import calibration
@@ -142,7 +144,12 @@ def hand_eye(
 
 
 def calibrate_folder(
-    folder: Path, data: Any, description: Path, max_views: int, options: Any, judging: Any
+    folder: Path,
+    data: kr5.calibration.Dataset,
+    description: Path,
+    max_views: int,
+    options: kr5.calibration.HandEyeOptions,
+    judging: kr5.calibration.HandEyeDiagnosisOptions,
 ) -> tuple[dict[str, Any], Any, Any]:
     """Calibrates from images and robot poses: the keys of a result file, how the fit ended, and the camera."""
     wanted = target_of(data.target, description)
@@ -168,7 +175,13 @@ def calibrate_folder(
     return keys, fit, lens
 
 
-def solve_hand_eye(data: Any, seen: Sightings, camera: Any, options: Any, judging: Any) -> tuple[dict[str, Any], Any]:
+def solve_hand_eye(
+    data: kr5.calibration.Dataset,
+    seen: Sightings,
+    camera: kr5.Pinhole,
+    options: kr5.calibration.HandEyeOptions,
+    judging: kr5.calibration.HandEyeDiagnosisOptions,
+) -> tuple[dict[str, Any], Any]:
     """Calibrates and diagnoses; the keys of a result file, and how the fit ended."""
     images, poses = data.images, data.poses()  # each a copy of all
     poses = [poses[i] for i in seen.index]

@@ -3,13 +3,15 @@
 from pathlib import Path
 from typing import Any
 
+import kr5.calibration
+import kr5.cell
 import numpy as np
 from kr5.files.results import write_if_usable, write_result
 
 from kr5_tools.cli.cell_output import put_camera_pose, write_cell_file
 from kr5_tools.cli.numbers import format_percent
 from kr5_tools.cli.tables import figure_row, make_table, pose_figures, print_result
-from kr5_tools.cli.terminal import console
+from kr5_tools.cli.terminal import Console, console
 from kr5_tools.exports.command_line import Exports
 
 
@@ -22,21 +24,27 @@ def held_out_figures(judged: dict[str, Any]) -> dict[str, float]:
     }
 
 
-def in_hand(result: Any) -> bool:
+def in_hand(result: kr5.calibration.HandEyeResult | kr5.calibration.CellCalibrationResult) -> bool:
     return str(result.mount) == "eye_in_hand"
 
 
-def predict_target(result: Any, T_base_flange: np.ndarray) -> np.ndarray:
+def predict_target(
+    result: kr5.calibration.HandEyeResult | kr5.calibration.CellCalibrationResult, T_base_flange: np.ndarray
+) -> np.ndarray:
     """T_camera_target that the result gives for a pose of the robot."""
     T_mount_fixed = np.linalg.inv(T_base_flange) if in_hand(result) else T_base_flange
     T: np.ndarray = np.linalg.inv(result.T_mount_camera) @ T_mount_fixed @ result.T_fixed_target
     return T
 
 
-def frames_of(result: Any, poses: list[np.ndarray], views: list[Any]) -> list[dict[str, Any]]:
+def frames_of(
+    result: kr5.calibration.HandEyeResult | kr5.calibration.CellCalibrationResult,
+    poses: list[np.ndarray],
+    views: list[Any],
+) -> list[dict[str, Any]]:
     hand, base = ("camera", "target") if in_hand(result) else ("target", "camera")
     placed = {"camera": result.T_mount_camera, "target": result.T_fixed_target}
-    frames = [
+    frames: list[dict[str, Any]] = [
         {"name": "base", "parent": None, "T": np.eye(4)},
         {"name": base, "parent": "base", "T": placed[base]},
         {"name": "flange", "parent": "base", "T": poses[0]},
@@ -49,7 +57,9 @@ def frames_of(result: Any, poses: list[np.ndarray], views: list[Any]) -> list[di
     ]
 
 
-def figures_of(result: Any, diagnosis: Any, held_out: dict[str, Any]) -> list[dict[str, Any]]:
+def figures_of(
+    result: kr5.calibration.HandEyeResult, diagnosis: kr5.calibration.HandEyeDiagnosis, held_out: dict[str, Any]
+) -> list[dict[str, Any]]:
     if not result.fit.usable:
         return []
     where = ("camera on flange", "target in base") if in_hand(result) else ("camera in base", "target on flange")
@@ -74,7 +84,7 @@ def figures_of(result: Any, diagnosis: Any, held_out: dict[str, Any]) -> list[di
     return rows
 
 
-def _add_corrected(rows: list[dict[str, Any]], name: str, diagnosis: Any) -> None:
+def _add_corrected(rows: list[dict[str, Any]], name: str, diagnosis: kr5.calibration.HandEyeDiagnosis) -> None:
     """Beside the pose of the camera, that with the first cause corrected, where it is likely and changes anything."""
     cause = next(iter(diagnosis.causes), None)
     if cause is None or cause.T_mount_camera is None or cause.probability < 0.5 or not cause.consequence:
@@ -83,7 +93,7 @@ def _add_corrected(rows: list[dict[str, Any]], name: str, diagnosis: Any) -> Non
         row["corrected"] = [corrected["value"], corrected["std"]]
 
 
-def _noise_figures(result: Any) -> list[dict[str, Any]]:
+def _noise_figures(result: kr5.calibration.HandEyeResult) -> list[dict[str, Any]]:
     robot = figure_row("robot noise, rotation", np.degrees(result.sigma_robot_rotation), None, "deg")
     if result.sigma_pixel:
         return [
@@ -98,7 +108,7 @@ def _noise_figures(result: Any) -> list[dict[str, Any]]:
     ]
 
 
-def show_hand_eye(keys: dict[str, Any], out: Any) -> None:
+def show_hand_eye(keys: dict[str, Any], out: Console) -> None:
     """The verdict, each cause with its evidence and remedy, the figures, then the views."""
     print_result({"verdict": keys["verdict"]}, out)
     for cause in keys["causes"]:
@@ -132,13 +142,13 @@ def show_hand_eye(keys: dict[str, Any], out: Any) -> None:
 
 def write_hand_eye(
     keys: dict[str, Any],
-    fit: Any,
+    fit: kr5.FitReport,
     output: Path | None,
     json_file: Path | None,
     exports: Exports,
-    believed: Any,
+    believed: kr5.cell.Cell,
     write_cell: Path | None,
-    lens: Any = None,
+    lens: kr5.Pinhole | None = None,
 ) -> bool:
     """Writes result, exports and the pose of the camera into the cell `believed`, if there is one; says whether the
     result may be used."""

@@ -1,8 +1,7 @@
 """Plots of a kinematic calibration. Each function gives a figure, or None when the result has not what it shows."""
 
-from typing import Any
-
 import numpy as np
+from kr5.files.result_types import ResultData
 from matplotlib.figure import Figure
 
 from kr5_tools.pages.plot_style import BLUE, GREY, RED, WIDE, WIDTH, plt
@@ -10,7 +9,7 @@ from kr5_tools.pages.plot_style import BLUE, GREY, RED, WIDE, WIDTH, plt
 UNITS = (("m", "mm", 1e3), ("rad", "deg", 180 / np.pi), ("px", "px", 1.0))  # of the file, shown, factor
 
 
-def posture_errors(data: dict[str, Any]) -> Figure | None:
+def posture_errors(data: ResultData) -> Figure | None:
     """How many postures have which error, with the nominal arm and with the identified one."""
     postures = data.get("result", {}).get("postures")
     if not postures:
@@ -33,7 +32,7 @@ def posture_errors(data: dict[str, Any]) -> Figure | None:
     return figure
 
 
-def parameter_changes(data: dict[str, Any]) -> Figure | None:
+def parameter_changes(data: ResultData) -> Figure | None:
     """Changes of the parameters of arm and camera from their nominal values, with two standard deviations."""
     result = data.get("result", {})
     every = result.get("coordinates") or result.get("parameters") or ()
@@ -65,7 +64,7 @@ VALUE_LABELS = {
 }
 
 
-def posture_value(data: dict[str, Any]) -> Figure | None:
+def posture_value(data: ResultData) -> Figure | None:
     """What each further posture adds to a choice of postures."""
     result = data.get("result", {})
     scale, label = VALUE_LABELS.get(str(result.get("criterion")), (0.0, ""))
@@ -81,7 +80,7 @@ def posture_value(data: dict[str, Any]) -> Figure | None:
     return figure
 
 
-def posture_spread(data: dict[str, Any]) -> Figure | None:
+def posture_spread(data: ResultData) -> Figure | None:
     """Joint values of the chosen postures among the candidates."""
     result = data.get("result", {})
     chosen, candidates = (np.array(result.get(key, []), float) for key in ("q", "candidates"))

@@ -5,6 +5,8 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import kr5
+import kr5.calibration
+import kr5.cell
 import numpy as np
 import typer
 from kr5 import calibration, cell
@@ -21,7 +23,7 @@ from kr5_tools.cli.cell_output import put_scanner_pose
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.table_options import AngleUnit, ColumnsOption, Convention, LengthUnit, tell_notes
 from kr5_tools.cli.tables import figure_row, make_table, pose_figures, print_result
-from kr5_tools.cli.terminal import console, fail, print_note, spinner
+from kr5_tools.cli.terminal import Console, console, fail, print_note, spinner
 from kr5_tools.exports.command_line import Exports, export_options
 
 app = typer.Typer()
@@ -145,7 +147,7 @@ def calibrate_laser(
     exports.write(found, out)
     if cloud:
         write_cloud(points, cloud)
-    if write_cell:
+    if write_cell and believed:
         _write_cell(believed, result, arm, write_cell)
 
 
@@ -158,7 +160,7 @@ def _listed(names: list[str]) -> str:
     return ", ".join(names[:MOST_LISTED]) + (f" and {more} more" if more > 0 else "")
 
 
-def _arm(refine: bool, believed: Any, data: Any) -> Any:
+def _arm(refine: bool, believed: kr5.cell.Cell | None, data: Any) -> Any:
     if not refine:
         return None
     if believed is None:
@@ -199,8 +201,8 @@ def _overlay_files(given: list[str], folder: Path) -> list[tuple[Path, str, Path
 def _overlays(
     pictures: list[tuple[Path, str, Path]],
     data: Any,
-    result: Any,
-    believed: Any,
+    result: kr5.calibration.ScannerResult,
+    believed: kr5.cell.Cell | None,
     camera: Path | None,
     hand: Path | None,
 ) -> list[dict[str, Any]]:
@@ -226,7 +228,7 @@ def _overlays(
     return out
 
 
-def _camera(file: Path | None, believed: Any, size: tuple[int, int], image: Path) -> Any:
+def _camera(file: Path | None, believed: kr5.cell.Cell | None, size: tuple[int, int], image: Path) -> Any:
     if file:
         return load_camera(file, size, image)
     if believed is None or believed.camera is None:
@@ -234,7 +236,7 @@ def _camera(file: Path | None, believed: Any, size: tuple[int, int], image: Path
     return believed.camera.pinhole()
 
 
-def _camera_pose(file: Path | None, believed: Any) -> Any:
+def _camera_pose(file: Path | None, believed: kr5.cell.Cell | None) -> Any:
     """Camera on the flange, with its covariance where a calibration states it; None without a camera."""
     if file:
         found = read_result(file, "kr5-hand-eye/1")["result"]
@@ -246,7 +248,7 @@ def _camera_pose(file: Path | None, believed: Any) -> Any:
     return None if T is None else kr5.UncertainPose(T=T)
 
 
-def _in_camera(result: Any, camera_pose: Any) -> Any:
+def _in_camera(result: kr5.calibration.ScannerResult, camera_pose: Any) -> Any:
     """Scanner in the camera."""
     if camera_pose is None:
         return None
@@ -254,7 +256,7 @@ def _in_camera(result: Any, camera_pose: Any) -> Any:
     return calibration.camera_scanner(camera_pose, scanner)
 
 
-def _write_cell(believed: Any, result: Any, arm: Any, file: Path) -> None:
+def _write_cell(believed: kr5.cell.Cell, result: kr5.calibration.ScannerResult, arm: Any, file: Path) -> None:
     put_scanner_pose(believed, result.T_flange_scanner)
     if arm:
         believed.robot.dh = result.arm.joints
@@ -263,7 +265,7 @@ def _write_cell(believed: Any, result: Any, arm: Any, file: Path) -> None:
 
 
 def _keys(
-    result: Any,
+    result: kr5.calibration.ScannerResult,
     sources: list[Path],
     missed: list[tuple[str, str]],
     points: dict[str, Any],
@@ -302,7 +304,9 @@ def _keys(
     }
 
 
-def _verdict(result: Any, missed: list[tuple[str, str]], overlays: list[Any]) -> dict[str, str]:
+def _verdict(
+    result: kr5.calibration.ScannerResult, missed: list[tuple[str, str]], overlays: list[Any]
+) -> dict[str, str]:
     std = np.sqrt(np.diag(result.covariance))
     position, rotation = 1e3 * np.linalg.norm(std[:3]), 180 / np.pi * np.linalg.norm(std[3:])
     text = (
@@ -331,7 +335,9 @@ def _verdict(result: Any, missed: list[tuple[str, str]], overlays: list[Any]) ->
     return {"word": "doubtful" if objections else "good", "text": "; ".join([text, *objections])}
 
 
-def _show(result: Any, missed: list[tuple[str, str]], data: dict[str, Any], out: Any) -> None:
+def _show(
+    result: kr5.calibration.ScannerResult, missed: list[tuple[str, str]], data: dict[str, Any], out: Console
+) -> None:
     print_result(data, out)
     if missed:
         out.print(f"{len(missed)} profiles show no target: {_listed([name for name, _ in missed])}", soft_wrap=True)

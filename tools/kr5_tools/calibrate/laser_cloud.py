@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import kr5
+import kr5.calibration
 import numpy as np
 from kr5 import calibration
 from kr5.files.writing import beside
@@ -11,12 +12,12 @@ from kr5.files.writing import beside
 MOST_SHOWN = 3000  # points in a result file, for its page
 
 
-def cloud_of(profiles: list[Any], poses: list[Any], T_flange_scanner: Any) -> Any:
+def cloud_of(profiles: list[Any], poses: list[Any], T_flange_scanner: np.ndarray) -> Any:
     """Points of profiles in the base."""
     return calibration.profiles_to_cloud(profiles, poses, T_flange_scanner)
 
 
-def thinned_cloud(cloud: Any) -> dict[str, Any]:
+def thinned_cloud(cloud: kr5.calibration.ProfileCloud) -> dict[str, Any]:
     """Part of a cloud, spread evenly over it [m]."""
     points = np.asarray(cloud.points)
     step = max(1, -(-points.shape[1] // MOST_SHOWN))
@@ -29,7 +30,7 @@ def check_cloud_ending(file: Path | None) -> None:
         raise kr5.FileError(file, f"found the ending {file.suffix or 'none'}, expected .ply, .npz or .csv")
 
 
-def write_cloud(cloud: Any, file: Path) -> None:
+def write_cloud(cloud: kr5.calibration.ProfileCloud, file: Path) -> None:
     """x y z [m] with the number of the profile and the place along it, by the ending of the file."""
     points = np.asarray(cloud.points).T
     profile, x = np.asarray(cloud.profile), np.asarray(cloud.x)

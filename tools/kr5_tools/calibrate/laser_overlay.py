@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import kr5
+import kr5.calibration
 import numpy as np
 from kr5 import calibration
 from kr5.files.writing import beside
@@ -33,7 +33,11 @@ class Overlay:
 
 
 def overlay_profile(
-    image: np.ndarray, camera: Any, T_flange_camera: Any, T_flange_scanner: Any, profile: Any
+    image: np.ndarray,
+    camera: kr5.Pinhole,
+    T_flange_camera: kr5.UncertainPose,
+    T_flange_scanner: kr5.UncertainPose,
+    profile: kr5.calibration.LineProfile,
 ) -> Overlay:
     """Projects a profile into an image that was taken with the flange at the same pose; the poses are UncertainPose."""
     T = calibration.camera_scanner(T_flange_camera, T_flange_scanner)
@@ -55,7 +59,7 @@ def overlay_profile(
     return Overlay(pixels, pixels + offset[:, None] * normals, offset, _expected_std(camera, T, points, normals))
 
 
-def _project(camera: Any, T: np.ndarray, points: np.ndarray) -> np.ndarray:
+def _project(camera: kr5.Pinhole, T: np.ndarray, points: np.ndarray) -> np.ndarray:
     there = points @ T[:3, :3].T + T[:3, 3]
     out = np.full((len(points), 2), -1.0)
     front = there[:, 2] > 1e-6
@@ -110,7 +114,7 @@ def _line_offset(grey: np.ndarray, at: np.ndarray, normal: np.ndarray) -> float:
     return float((weight * steps[near]).sum() / weight.sum())
 
 
-def _expected_std(camera: Any, T: Any, points: np.ndarray, normals: np.ndarray) -> float:
+def _expected_std(camera: kr5.Pinhole, T: kr5.UncertainPose, points: np.ndarray, normals: np.ndarray) -> float:
     """RMS standard deviation across the line that the covariance of the pose gives [px]."""
     step = 1e-5
     before = _project(camera, T.T, points)

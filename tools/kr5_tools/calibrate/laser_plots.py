@@ -1,9 +1,8 @@
 """Plots of a scanner calibration and of a study of scanning. Each gives a figure, or None when the result has not what
 it shows."""
 
-from typing import Any
-
 import numpy as np
+from kr5.files.result_types import ResultData
 from matplotlib.figure import Figure
 
 from kr5_tools.pages.plot_style import BLUE, GREEN, GREY, RED, WIDE, plt
@@ -11,7 +10,7 @@ from kr5_tools.pages.plot_style import BLUE, GREEN, GREY, RED, WIDE, plt
 COLOURS = (BLUE, GREEN, "#CC79A7", "#E69F00")  # of targets
 
 
-def profile_errors(data: dict[str, Any]) -> Figure | None:
+def profile_errors(data: ResultData) -> Figure | None:
     """Distance of each profile from its target, by the fit and without it."""
     if data.get("format") != "kr5-laser/1":
         return None
@@ -36,7 +35,7 @@ def profile_errors(data: dict[str, Any]) -> Figure | None:
     return figure
 
 
-def cloud_plot(data: dict[str, Any]) -> Figure | None:
+def cloud_plot(data: ResultData) -> Figure | None:
     """Part of the points of all profiles in the base, from above and from the side."""
     points = 1e3 * np.array(data.get("cloud", {}).get("points", []), float)
     if points.ndim != 2 or points.shape[0] != 3 or not points.size:
@@ -50,7 +49,7 @@ def cloud_plot(data: dict[str, Any]) -> Figure | None:
     return figure
 
 
-def study_plot(data: dict[str, Any]) -> Figure | None:
+def study_plot(data: ResultData) -> Figure | None:
     """Errors against stand-off and against speed."""
     study = data.get("study")
     if not study:

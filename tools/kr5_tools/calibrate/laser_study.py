@@ -14,7 +14,7 @@ from kr5.files.writing import check_writable, write_json
 
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.tables import make_table, print_result
-from kr5_tools.cli.terminal import console, fail, track
+from kr5_tools.cli.terminal import Console, console, fail, track
 from kr5_tools.cli.value_list import parse_values
 
 app = typer.Typer()
@@ -105,7 +105,9 @@ class Study:
             out[f"centre_{name}"] = float(np.sqrt((values[:, 1] ** 2).mean()))
         return out
 
-    def _one_pass(self, stand_off: float, speed: float, azimuth: float, random: Any) -> list[tuple[float, float]]:
+    def _one_pass(
+        self, stand_off: float, speed: float, azimuth: float, random: np.random.Generator
+    ) -> list[tuple[float, float]]:
         """RMS distance of points from the sphere and error of its centre, as stamped and synchronised."""
         t, q, poses = self._path(stand_off, speed, azimuth)
         x = np.linspace(-WIDTH / 2, WIDTH / 2, POINTS)
@@ -189,7 +191,7 @@ def _keys(study: Study, by_stand_off: list[Any], by_speed: list[Any], file: str)
     }
 
 
-def _show(data: dict[str, Any], out: Any) -> None:
+def _show(data: dict[str, Any], out: Console) -> None:
     print_result(data, out)
     heads = ["points, as stamped [mm]", "synchronised [mm]", "sphere, as stamped [mm]", "synchronised [mm]"]
     keys = ("rms_as_stamped", "rms_synchronised", "centre_as_stamped", "centre_synchronised")

@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import kr5
+import kr5.vision
 import numpy as np
 import typer
 from kr5 import vision
@@ -16,7 +17,7 @@ from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.cell_output import CellOption, WriteCellOption, load_target_cell, put_marker_map, write_cell_file
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, make_table, pose_figures, print_result
-from kr5_tools.cli.terminal import console, fail, spinner, track
+from kr5_tools.cli.terminal import Console, console, fail, spinner, track
 from kr5_tools.exports.command_line import Exports, export_options
 from kr5_tools.targets.sightings import check_target_size, load_image
 
@@ -84,7 +85,9 @@ def _see(files: list[Path], family: str, camera: Path) -> tuple[list[Any], Any, 
     return sightings, lens, paths
 
 
-def _keys(result: Any, sightings: list[Any], lens: Any, paths: dict[str, str]) -> dict[str, Any]:
+def _keys(
+    result: kr5.vision.MarkerMapResult, sightings: list[Any], lens: kr5.Pinhole, paths: dict[str, str]
+) -> dict[str, Any]:
     by_name = {s.name: s for s in sightings}
     typical = np.sqrt(2) * result.sigma_pixel
     views, residuals = [], []
@@ -117,7 +120,12 @@ def _keys(result: Any, sightings: list[Any], lens: Any, paths: dict[str, str]) -
     }
 
 
-def _residuals(sighting: Any, T_target_camera: np.ndarray, result: Any, lens: Any) -> dict[str, Any]:
+def _residuals(
+    sighting: kr5.vision.MarkerSighting,
+    T_target_camera: np.ndarray,
+    result: kr5.vision.MarkerMapResult,
+    lens: kr5.Pinhole,
+) -> dict[str, Any]:
     """Seen minus predicted, of the corners that were used."""
     T_camera_target = np.linalg.inv(T_target_camera)
     ids = [tag.id for tag in sighting.tags]
@@ -136,7 +144,7 @@ def _residuals(sighting: Any, T_target_camera: np.ndarray, result: Any, lens: An
     return {"view": sighting.name, "u": u[0], "v": u[1], "du": d[0], "dv": d[1]}
 
 
-def _verdict(result: Any, views: list[dict[str, Any]]) -> dict[str, str]:
+def _verdict(result: kr5.vision.MarkerMapResult, views: list[dict[str, Any]]) -> dict[str, str]:
     worst = max((float(np.sqrt(np.trace(c[:3, :3]))) for c in map(np.asarray, result.covariance)), default=0.0)
     text = f"{len(result.target.map)} markers, each known to {1e3 * worst:.2g} mm or better (one standard deviation)."
     if bad := [v["name"] for v in views if v["outlier"]]:
@@ -150,7 +158,7 @@ def _verdict(result: Any, views: list[dict[str, Any]]) -> dict[str, str]:
     return {"word": "good", "text": text}
 
 
-def _show(result: Any, data: dict[str, Any], out: Any) -> None:
+def _show(result: kr5.vision.MarkerMapResult, data: dict[str, Any], out: Console) -> None:
     print_result(data, out)
     counts = {r["view"]: len(r["u"]) // 4 for r in data["residuals"]}
     out.print()

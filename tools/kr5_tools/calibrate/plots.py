@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from kr5.files.result_types import FrameData, ResultData
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
@@ -48,7 +49,7 @@ class Plot:
     wide: bool = False
 
 
-def correlation_plot(data: dict[str, Any]) -> Figure | None:
+def correlation_plot(data: ResultData) -> Figure | None:
     result = data.get("result", {})
     covariance = np.array(result.get("covariance", []), dtype=float)
     if covariance.ndim != 2 or covariance.shape[0] != covariance.shape[1]:
@@ -81,7 +82,7 @@ def correlation_plot(data: dict[str, Any]) -> Figure | None:
     return figure
 
 
-def model_plot(data: dict[str, Any]) -> Figure | None:
+def model_plot(data: ResultData) -> Figure | None:
     rows = [m for m in data.get("result", {}).get("models", ()) if m.get("held_out_rms")]
     if len(rows) < 2:
         return None
@@ -111,7 +112,7 @@ def model_name(model: dict[str, Any]) -> str:
     return " + ".join([str(model.get("lens", "?")), *extra])
 
 
-def alignment_plot(data: dict[str, Any]) -> Figure | None:
+def alignment_plot(data: ResultData) -> Figure | None:
     """Speed of turning seen by robot and camera, before and after the offset between their clocks."""
     a = data.get("alignment")
     if not a:
@@ -137,7 +138,7 @@ def alignment_plot(data: dict[str, Any]) -> Figure | None:
     return figure
 
 
-def root_poses(frames: list[dict[str, Any]]) -> dict[str, np.ndarray]:
+def root_poses(frames: list[FrameData]) -> dict[str, np.ndarray]:
     """Pose of every frame in the root; a frame with an unknown or circular parent is taken as it stands."""
     by_name = {f["name"]: f for f in frames}
 
@@ -150,7 +151,7 @@ def root_poses(frames: list[dict[str, Any]]) -> dict[str, np.ndarray]:
     return {name: resolve(name) for name in by_name}
 
 
-def frames_3d(data: dict[str, Any]) -> Figure | None:
+def frames_3d(data: ResultData) -> Figure | None:
     frames = data.get("frames")
     if not frames:
         return None
@@ -182,7 +183,7 @@ def frames_3d(data: dict[str, Any]) -> Figure | None:
 
 
 # name, title, function, wide, what it shows
-CATALOGUE: list[tuple[str, str, Callable[[dict[str, Any]], Figure | None], bool, str]] = [
+CATALOGUE: list[tuple[str, str, Callable[[ResultData], Figure | None], bool, str]] = [
     ("views", "Error of each view", view_errors, False, "RMS distance between the points seen and those predicted."),
     (
         "robot_position",
@@ -423,7 +424,7 @@ CATALOGUE: list[tuple[str, str, Callable[[dict[str, Any]], Figure | None], bool,
 ]
 
 
-def plots_of(data: dict[str, Any], skip: tuple[str, ...] = ()) -> list[Plot]:
+def plots_of(data: ResultData, skip: tuple[str, ...] = ()) -> list[Plot]:
     """Every plot that the result has the data for. Close the figures after use."""
     out = []
     with plt.rc_context(STYLE):

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import kr5
+import kr5.calibration
+import kr5.kinematics
 import numpy as np
 
 LITTLE = np.radians(5)  # turn of a joint below which its parameters are poorly determined
@@ -20,7 +22,7 @@ SHOWN = 8  # rows that are named of those in the wrong order
 JUMP = 60.0  # chi-square of three degrees of freedom, the greatest over all rows, that no chance gives
 
 
-def require_motion(postures: list[Any]) -> None:
+def require_motion(postures: list[kr5.calibration.ArmPosture]) -> None:
     """Refuses postures that are all the same."""
     q = np.array([p.q for p in postures])
     if len(q) > 1 and (np.ptp(q, axis=0) < STANDING).all():
@@ -30,7 +32,9 @@ def require_motion(postures: list[Any]) -> None:
         )
 
 
-def posture_doubts(chain: Any, postures: list[Any], result: Any) -> list[str]:
+def posture_doubts(
+    chain: kr5.kinematics.DhChain, postures: list[kr5.calibration.ArmPosture], result: kr5.calibration.KinematicsResult
+) -> list[str]:
     """Everything that speaks against the measurements, in words, with the rows concerned."""
     return [
         *joint_doubts(chain, postures),
@@ -39,7 +43,7 @@ def posture_doubts(chain: Any, postures: list[Any], result: Any) -> list[str]:
     ]
 
 
-def joint_doubts(chain: Any, postures: list[Any]) -> list[str]:
+def joint_doubts(chain: kr5.kinematics.DhChain, postures: list[kr5.calibration.ArmPosture]) -> list[str]:
     """Joints that did not move, or hardly."""
     out = []
     for k, (joint, width) in enumerate(zip(chain.joints, np.ptp([p.q for p in postures], axis=0), strict=True)):
@@ -50,7 +54,7 @@ def joint_doubts(chain: Any, postures: list[Any]) -> list[str]:
     return out
 
 
-def pairing_doubts(chain: Any, postures: list[Any]) -> list[str]:
+def pairing_doubts(chain: kr5.kinematics.DhChain, postures: list[kr5.calibration.ArmPosture]) -> list[str]:
     """A scale, a mirror or a shift of the rows with which the nominal arm agrees much better."""
     rows = [p for p in postures if _place(p) is not None]
     if len(rows) < 8:
@@ -168,7 +172,7 @@ def _fit_device(flanges: np.ndarray, places: np.ndarray, scaled: bool = False) -
     return Device(tip, back, scale, float(np.median(distance)))
 
 
-def _place(posture: Any) -> np.ndarray | None:
+def _place(posture: kr5.calibration.ArmPosture) -> np.ndarray | None:
     """Where the tool, or the first point that was seen, is."""
     if posture.T_world_tool is not None:
         return np.asarray(posture.T_world_tool)[:3, 3]
@@ -176,7 +180,9 @@ def _place(posture: Any) -> np.ndarray | None:
     return points[:, 0] if points.shape[1] and np.isfinite(points[:, 0]).all() else None
 
 
-def moved_device_doubts(postures: list[Any], result: Any) -> list[str]:
+def moved_device_doubts(
+    postures: list[kr5.calibration.ArmPosture], result: kr5.calibration.KinematicsResult
+) -> list[str]:
     """A row from which on all measured places are elsewhere."""
     rows, residuals = [], []
     for posture in postures:
@@ -207,7 +213,7 @@ def moved_device_doubts(postures: list[Any], result: Any) -> list[str]:
     ]
 
 
-def _torques(posture: Any, result: Any) -> tuple[Any, ...]:
+def _torques(posture: kr5.calibration.ArmPosture, result: kr5.calibration.KinematicsResult) -> tuple[Any, ...]:
     return (posture.torques,) if len(result.compliances) else ()
 
 

@@ -4,6 +4,8 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import kr5
+import kr5.calibration
+import kr5.cell
 import numpy as np
 import typer
 from kr5 import calibration, cell, kinematics
@@ -103,7 +105,7 @@ def calibrate_postures(
 
 
 def draw_candidates(
-    believed: Any, count: int, lowest: float, see_board: bool, random: np.random.Generator
+    believed: kr5.cell.Cell, count: int, lowest: float, see_board: bool, random: np.random.Generator
 ) -> np.ndarray:
     """Postures within the limits, clear of the floor, and on demand with the board in sight; fewer where so many are
     not found."""
@@ -129,7 +131,7 @@ def draw_candidates(
 class BoardView:
     """Postures at which the camera on the flange sees the whole board of the cell."""
 
-    def __init__(self, believed: Any) -> None:
+    def __init__(self, believed: kr5.cell.Cell) -> None:
         for part in ("camera", "board"):
             if getattr(believed, part) is None:
                 fail(f"--see-board: the cell has no {part}")
@@ -167,7 +169,9 @@ class BoardView:
         return np.asarray(reached[random.integers(len(reached))]) if reached else None
 
 
-def _figures(choice: Any, options: Any, drawn: np.ndarray) -> list[dict[str, Any]]:
+def _figures(
+    choice: kr5.calibration.PostureChoice, options: kr5.calibration.PostureChoiceOptions, drawn: np.ndarray
+) -> list[dict[str, Any]]:
     rows = [
         figure_row("candidates", len(drawn), None, "-"),
         figure_row("postures chosen", len(choice.chosen), None, "-"),

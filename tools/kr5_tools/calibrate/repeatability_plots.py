@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+from kr5.files.result_types import ResultData
 from matplotlib.figure import Figure
 
 from kr5_tools.pages.plot_style import BLUE, GREY, INK, RED, WIDE, WIDTH, plt
@@ -11,11 +12,11 @@ MOST_POINTS = 9
 PLANES = ((0, 1, "x", "y"), (0, 2, "x", "z"))
 
 
-def _returns(data: dict[str, Any]) -> list[dict[str, Any]]:
+def _returns(data: ResultData) -> list[dict[str, Any]]:
     return [r for r in data.get("returns", ()) if len(r.get("deviation", ())) == 3]
 
 
-def return_scatter(data: dict[str, Any]) -> Figure | None:
+def return_scatter(data: ResultData) -> Figure | None:
     """Deviations of each point in two planes, with the circle of its RP."""
     returns = _returns(data)
     points = data.get("result", {}).get("points", [])[:MOST_POINTS]
@@ -41,7 +42,7 @@ def return_scatter(data: dict[str, Any]) -> Figure | None:
     return figure
 
 
-def distance_histogram(data: dict[str, Any]) -> Figure | None:
+def distance_histogram(data: ResultData) -> Figure | None:
     """Distances from the barycentres of the points, with RP of all together."""
     returns = _returns(data)
     overall = data.get("result", {}).get("overall", {})
@@ -58,7 +59,7 @@ def distance_histogram(data: dict[str, Any]) -> Figure | None:
     return figure
 
 
-def return_order(data: dict[str, Any]) -> Figure | None:
+def return_order(data: ResultData) -> Figure | None:
     """Deviations in the order of the test, with the trend common to all points."""
     returns = _returns(data)
     drift = data.get("result", {}).get("drift")

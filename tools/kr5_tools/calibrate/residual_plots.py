@@ -1,9 +1,8 @@
 """How well a result fits: the error of each view or touch, and the residuals over the image. Each function gives a
 figure, or None when the result has not what it shows."""
 
-from typing import Any
-
 import numpy as np
+from kr5.files.result_types import ResultData, ViewNumber
 from matplotlib.figure import Figure
 
 from kr5_tools.pages.plot_style import BLUE, GREY, INK, RED, RED_TEXT, WIDE, WIDTH, plt
@@ -47,7 +46,7 @@ def _bars(names: list[str], values: np.ndarray, marked: np.ndarray, label: str, 
     return figure
 
 
-def _view_bars(data: dict[str, Any], key: str, factor: float, label: str) -> Figure | None:
+def _view_bars(data: ResultData, key: ViewNumber, factor: float, label: str) -> Figure | None:
     views = [v for v in data.get("views", ()) if isinstance(v.get(key), (int, float))]
     if len(views) < 2 or not any(v[key] for v in views):
         return None
@@ -56,23 +55,23 @@ def _view_bars(data: dict[str, Any], key: str, factor: float, label: str) -> Fig
     return _bars([str(v["name"]) for v in views], values, marked, label)
 
 
-def view_errors(data: dict[str, Any]) -> Figure | None:
+def view_errors(data: ResultData) -> Figure | None:
     return _view_bars(data, "rms_px", 1.0, "RMS distance, seen to predicted [px]")
 
 
-def robot_positions(data: dict[str, Any]) -> Figure | None:
+def robot_positions(data: ResultData) -> Figure | None:
     return _view_bars(data, "robot_position", 1e3, "displacement of the robot [mm]")
 
 
-def robot_rotations(data: dict[str, Any]) -> Figure | None:
+def robot_rotations(data: ResultData) -> Figure | None:
     return _view_bars(data, "robot_rotation", 180 / np.pi, "rotation of the robot [deg]")
 
 
-def touch_errors(data: dict[str, Any]) -> Figure | None:
+def touch_errors(data: ResultData) -> Figure | None:
     return _view_bars(data, "distance", 1e3, "tip to the touched point [mm]")
 
 
-def _residuals(data: dict[str, Any]) -> tuple[np.ndarray, np.ndarray] | None:
+def _residuals(data: ResultData) -> tuple[np.ndarray, np.ndarray] | None:
     """All residuals, one row a point: u, v, du, dv; and whether its view is an outlier."""
     outliers = {v["name"] for v in data.get("views", ()) if v.get("outlier")}
     rows, marked = [], []
@@ -87,7 +86,7 @@ def _residuals(data: dict[str, Any]) -> tuple[np.ndarray, np.ndarray] | None:
     return (points[good], bad[good]) if good.any() else None
 
 
-def _image_axes(data: dict[str, Any], axes: plt.Axes, points: np.ndarray) -> tuple[float, float]:
+def _image_axes(data: ResultData, axes: plt.Axes, points: np.ndarray) -> tuple[float, float]:
     width, height = data.get("image_size") or (points[:, 0].max() + 1, points[:, 1].max() + 1)
     axes.set(xlim=(-0.5, width - 0.5), ylim=(height - 0.5, -0.5), aspect="equal", xlabel="u [px]", ylabel="v [px]")
     for spine in axes.spines.values():
@@ -95,7 +94,7 @@ def _image_axes(data: dict[str, Any], axes: plt.Axes, points: np.ndarray) -> tup
     return width, height
 
 
-def residual_field(data: dict[str, Any]) -> Figure | None:
+def residual_field(data: ResultData) -> Figure | None:
     found = _residuals(data)
     if found is None:
         return None
@@ -103,8 +102,8 @@ def residual_field(data: dict[str, Any]) -> Figure | None:
     if len(points) > MOST_ARROWS:
         keep = np.linspace(0, len(points) - 1, MOST_ARROWS).astype(int)
         points, bad = points[keep], bad[keep]
-    width, height = data.get("image_size") or (4, 3)
-    figure, axes = plt.subplots(figsize=(WIDE, min(WIDE * height / width + 0.4, 7.5)))
+    across, down = data.get("image_size") or (4, 3)
+    figure, axes = plt.subplots(figsize=(WIDE, min(WIDE * down / across + 0.4, 7.5)))
     width, _ = _image_axes(data, axes, points)
     sound = points[~bad] if (~bad).any() else points
     typical = float(np.median(np.hypot(sound[:, 2], sound[:, 3]))) or 1.0
@@ -136,7 +135,7 @@ def residual_field(data: dict[str, Any]) -> Figure | None:
     return figure
 
 
-def residual_cloud(data: dict[str, Any]) -> Figure | None:
+def residual_cloud(data: ResultData) -> Figure | None:
     found = _residuals(data)
     if found is None:
         return None
@@ -170,7 +169,7 @@ def residual_cloud(data: dict[str, Any]) -> Figure | None:
     return figure
 
 
-def coverage_plot(data: dict[str, Any]) -> Figure | None:
+def coverage_plot(data: ResultData) -> Figure | None:
     counts = np.array((data.get("result", {}).get("coverage") or {}).get("counts", []), dtype=float)
     size = data.get("image_size")
     if counts.ndim != 2 or not counts.size or not size:

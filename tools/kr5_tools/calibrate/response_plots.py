@@ -1,9 +1,8 @@
 """Plots of an identified servo, contact and force sensor. Each gives a figure, or None when the result has not what it
 shows."""
 
-from typing import Any
-
 import numpy as np
+from kr5.files.result_types import ResultData
 from matplotlib.figure import Figure
 
 from kr5_tools.pages.plot_style import BLUE, GREEN, GREY, RED, WIDE, plt
@@ -11,7 +10,7 @@ from kr5_tools.pages.plot_style import BLUE, GREEN, GREY, RED, WIDE, plt
 MOST_RESPONSES = 6
 
 
-def servo_responses(data: dict[str, Any]) -> Figure | None:
+def servo_responses(data: ResultData) -> Figure | None:
     """Command, measured and fitted response, and the residual below."""
     if data.get("format") != "kr5-servo/1":
         return None
@@ -30,7 +29,7 @@ def servo_responses(data: dict[str, Any]) -> Figure | None:
     return figure
 
 
-def contact_curve(data: dict[str, Any]) -> Figure | None:
+def contact_curve(data: ResultData) -> Figure | None:
     """Force against depth with the fitted line, and the residual."""
     if data.get("format") != "kr5-contact/1":
         return None
@@ -46,7 +45,7 @@ def contact_curve(data: dict[str, Any]) -> Figure | None:
     return figure
 
 
-def force_loop_plot(data: dict[str, Any]) -> Figure | None:
+def force_loop_plot(data: ResultData) -> Figure | None:
     """Limit of the gain and steady error of a force loop over the stiffness."""
     design = data.get("design")
     if data.get("format") != "kr5-contact/1" or not design:
@@ -67,7 +66,7 @@ def force_loop_plot(data: dict[str, Any]) -> Figure | None:
     return figure
 
 
-def wrench_overlays(data: dict[str, Any]) -> Figure | None:
+def wrench_overlays(data: ResultData) -> Figure | None:
     """Measured and fitted components of the wrench."""
     if data.get("format") != "kr5-force-torque/1":
         return None

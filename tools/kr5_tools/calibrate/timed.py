@@ -1,12 +1,14 @@
 """`kr5 calibrate timed`: hand-eye and the offset between two clocks, from time-stamped pose streams."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, cast
 
+import kr5.calibration
 import numpy as np
 import typer
 from kr5 import calibration
 from kr5.files import writing
+from kr5.files.result_types import ResultData
 from kr5.files.results import write_if_usable, write_result
 from kr5.tables.options import TableOptions
 from kr5.tables.roles import TIME, PoseRole
@@ -69,7 +71,7 @@ def timed(
         from kr5_tools.pages.plot_style import STYLE, plt
 
         with plt.rc_context(STYLE):
-            drawn = alignment_plot(data)
+            drawn = alignment_plot(cast(ResultData, data))
             if drawn is not None:
                 writing.save_figure(drawn, png, dpi=150)
                 plt.close(drawn)
@@ -108,7 +110,7 @@ def check_stamps(file: Path, t: np.ndarray) -> None:
         )
 
 
-def _keys(result: Any, hand: Path, camera: Path) -> dict[str, Any]:
+def _keys(result: kr5.calibration.TimedHandEyeResult, hand: Path, camera: Path) -> dict[str, Any]:
     keys = {
         "input": {"hand": str(hand), "camera": str(camera)},
         "verdict": _verdict(result),
@@ -140,7 +142,7 @@ def _keys(result: Any, hand: Path, camera: Path) -> dict[str, Any]:
     return {**keys, "figures": figures, "frames": frames, "alignment": alignment}
 
 
-def _verdict(result: Any) -> dict[str, str]:
+def _verdict(result: kr5.calibration.TimedHandEyeResult) -> dict[str, str]:
     if not result.fit.usable:
         return {"word": "unusable", "text": result.fit.message}
     position = 1e3 * float(np.sqrt(np.trace(result.covariance[:3, :3])))

@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Annotated, Any
 
+import kr5.calibration
 import numpy as np
 import typer
 from kr5 import calibration
@@ -15,7 +16,7 @@ from kr5_tools.cli.cell_output import CellOption, WriteCellOption, load_target_c
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.table_options import ColumnsOption, Convention, PoseAngle, PoseLength, tell_notes
 from kr5_tools.cli.tables import figure_row, make_table, print_result
-from kr5_tools.cli.terminal import console, fail
+from kr5_tools.cli.terminal import Console, console, fail
 from kr5_tools.exports.command_line import Exports, export_options
 
 app = typer.Typer()
@@ -97,7 +98,7 @@ def read_folder(folder: Path, description: Path | None) -> tuple[list[Any], dict
     return data.poses(), data.convention.to_dict()
 
 
-def _refuse_objections(source: Path, rows: Any, read_as: Any, remedy: str) -> None:
+def _refuse_objections(source: Path, rows: np.ndarray, read_as: kr5.calibration.PoseFormat, remedy: str) -> None:
     if objections := calibration.format_objections(rows, read_as):
         used = read_as.to_dict()
         fail(
@@ -106,7 +107,7 @@ def _refuse_objections(source: Path, rows: Any, read_as: Any, remedy: str) -> No
         )
 
 
-def _keys(result: Any, T: list[Any], file: Path, used: dict[str, str]) -> dict[str, Any]:
+def _keys(result: kr5.calibration.ToolResult, T: list[Any], file: Path, used: dict[str, str]) -> dict[str, Any]:
     std = 1e3 * np.sqrt(np.diag(result.covariance))
     figures = [figure_row(f"tip {axis} in the flange", 1e3 * v, s, "mm") for axis, v, s in zip("xyz", result.tip, std)]
     keys = {"input": {"poses": str(file), **used}, "verdict": _verdict(result, std), "result": result.to_dict()}
@@ -120,7 +121,7 @@ def _keys(result: Any, T: list[Any], file: Path, used: dict[str, str]) -> dict[s
     return {**keys, "figures": figures, "views": views, "frames": frames}
 
 
-def _verdict(result: Any, std: np.ndarray) -> dict[str, str]:
+def _verdict(result: kr5.calibration.ToolResult, std: np.ndarray) -> dict[str, str]:
     if not result.fit.usable:
         return {"word": "unusable", "text": result.fit.message}
     worst = float(np.linalg.norm(std))
@@ -133,7 +134,7 @@ def _verdict(result: Any, std: np.ndarray) -> dict[str, str]:
     return {"word": "doubtful" if objections else "good", "text": "; ".join([text, *objections])}
 
 
-def _show(result: Any, data: dict[str, Any], out: Any) -> None:
+def _show(result: kr5.calibration.ToolResult, data: dict[str, Any], out: Console) -> None:
     print_result(data, out)
     if result.fit.usable:
         rows = [

@@ -1,15 +1,14 @@
 """Maps of a workspace. Each function gives a figure, or None when the result has not what it shows."""
 
-from typing import Any
-
 import numpy as np
+from kr5.files.result_types import ResultData
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
 from kr5_tools.pages.plot_style import GREY, WIDTH, plt
 
 
-def _map(data: dict[str, Any], name: str, label: str, colours: str, log: bool = False) -> Figure | None:
+def _map(data: ResultData, name: str, label: str, colours: str, log: bool = False) -> Figure | None:
     result = data.get("result", {})
     if not all(result.get(key) for key in (name, "radius", "height")):
         return None
@@ -33,17 +32,17 @@ def _map(data: dict[str, Any], name: str, label: str, colours: str, log: bool = 
     return figure
 
 
-def reachable_region(data: dict[str, Any]) -> Figure | None:
+def reachable_region(data: ResultData) -> Figure | None:
     return _map(data, "counts", "postures in the cell", "Blues", log=True)
 
 
-def dexterity_map(data: dict[str, Any]) -> Figure | None:
+def dexterity_map(data: ResultData) -> Figure | None:
     return _map(data, "dexterity", "sqrt(det(J Jᵀ)) of the point", "viridis")
 
 
-def singular_value_map(data: dict[str, Any]) -> Figure | None:
+def singular_value_map(data: ResultData) -> Figure | None:
     return _map(data, "least", "smallest singular value [-]", "viridis")
 
 
-def condition_map(data: dict[str, Any]) -> Figure | None:
+def condition_map(data: ResultData) -> Figure | None:
     return _map(data, "condition", "condition number [-]", "viridis_r", log=True)

@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Annotated, Any
 
+import kr5.cell
 import typer
 from kr5.files import writing
 
@@ -11,6 +12,7 @@ from kr5_tools.cell.rest_posture import rest_posture
 from kr5_tools.cell.tables import cell_tables, recording_table
 from kr5_tools.cli import arguments, terminal
 from kr5_tools.cli.numbers import format_count
+from kr5_tools.cli.terminal import Console
 
 app = typer.Typer(no_args_is_help=True)
 
@@ -45,7 +47,7 @@ def check(path: What, json_file: arguments.JsonOption = None) -> None:
     raise typer.Exit(2)
 
 
-def _show_problems(problems: list[Any], path: Path, to: Any) -> None:
+def _show_problems(problems: list[Any], path: Path, to: Console) -> None:
     from rich.markup import escape
     from rich.table import Table
 
@@ -209,7 +211,7 @@ def show(
     writing.write_json(data, json_file)
 
 
-def parse_posture(text: str, cell: Any) -> list[float]:
+def parse_posture(text: str, cell: kr5.cell.Cell) -> list[float]:
     """Joint values in rad and m from degrees and millimetres."""
     words = text.replace(",", " ").split()
     if len(words) != cell.robot.joints:
@@ -224,13 +226,13 @@ def parse_posture(text: str, cell: Any) -> list[float]:
         )
 
 
-def posture_text(q: list[float], cell: Any) -> str:
+def posture_text(q: list[float], cell: kr5.cell.Cell) -> str:
     return ", ".join(
         f"{1000 * v:.1f} mm" if is_slide(cell, i) else f"{round(DEG * v, 1) + 0.0:.1f}°" for i, v in enumerate(q)
     )
 
 
-def draw_arm(cell: Any, q: list[float], output: Path) -> None:
+def draw_arm(cell: kr5.cell.Cell, q: list[float], output: Path) -> None:
     from kr5_tools.cell.plot import arm_figure
 
     if output.suffix.lower() not in (".png", ".svg", ".pdf"):

@@ -7,11 +7,12 @@ import numpy as np
 
 from kr5_tools.cli.numbers import format_values
 from kr5_tools.cli.tables import make_table
+from kr5_tools.cli.terminal import Console
 
 COLUMNS = ["effect", "target", "parameter", "value"]
 
 
-def print_export(written: Any, to: Any) -> None:
+def print_export(written: Any, to: Console) -> None:
     """Tables of a `kr5.models.WrittenModel`."""
     if written.folded:
         rows = [[*_cells(p), p.field or "set by its own law"] for p in written.folded]
@@ -28,7 +29,7 @@ def print_export(written: Any, to: Any) -> None:
     to.print(f"{written.file}: {_summary(written)}.", soft_wrap=True)
 
 
-def _print_table(title: str, columns: list[str], rows: list[list[str]], to: Any) -> None:
+def _print_table(title: str, columns: list[str], rows: list[list[str]], to: Console) -> None:
     to.print(make_table(title, columns, rows, text=range(len(columns)), keys=3))
     to.print()
 

@@ -2,20 +2,22 @@
 
 from typing import Any
 
+import kr5.cell
+
 DEG = 57.29577951308232
 
 
-def joint_unit(cell: Any, joint: int, unit: str) -> str:
+def joint_unit(cell: kr5.cell.Cell, joint: int, unit: str) -> str:
     """The unit of a joint's quantity, of "rad or m" or the like, by its kind of joint."""
     rotary, _, linear = unit.partition(" or ")
     return linear if linear and joint >= 0 and is_slide(cell, joint) else rotary
 
 
-def is_slide(cell: Any, joint: int) -> bool:
+def is_slide(cell: kr5.cell.Cell, joint: int) -> bool:
     return str(cell.robot.dh[joint].type) == "prismatic"
 
 
-def cell_frames(cell: Any, q: list[float]) -> list[dict[str, Any]]:
+def cell_frames(cell: kr5.cell.Cell, q: list[float]) -> list[dict[str, Any]]:
     """Every frame of the cell in the base, as in result files."""
     links = {f"link {i + 1}": T for i, T in enumerate(cell.link_poses(q))}
     return [
@@ -24,16 +26,16 @@ def cell_frames(cell: Any, q: list[float]) -> list[dict[str, Any]]:
     ]
 
 
-def target_frames(cell: Any, key: str) -> dict[str, Any]:
+def target_frames(cell: kr5.cell.Cell, key: str) -> dict[str, Any]:
     """Poses of board and targets that have `key`, T_base_target or T_flange_target; numbered when there are several."""
-    boards = [("board", cell.board)] if cell.board else []
+    boards: list[tuple[str, kr5.cell.Board | kr5.cell.Target]] = [("board", cell.board)] if cell.board else []
     boards += [(t.name or str(t.kind), t) for t in cell.targets]
     letters = ["W"] if len(boards) == 1 else [f"W{i + 1}" for i in range(len(boards))]
     poses = {f"{letter} {name}": getattr(board, key, None) for letter, (name, board) in zip(letters, boards)}
     return {name: T for name, T in poses.items() if T is not None}
 
 
-def fixed_frames(cell: Any) -> dict[str, Any]:
+def fixed_frames(cell: kr5.cell.Cell) -> dict[str, Any]:
     """Pose in the base of each frame that stands still."""
     out = target_frames(cell, "T_base_target")
     if cell.camera and cell.camera.T_base_camera is not None:
@@ -43,13 +45,13 @@ def fixed_frames(cell: Any) -> dict[str, Any]:
     return out
 
 
-def carried_frames(cell: Any, q: list[float]) -> dict[str, Any]:
+def carried_frames(cell: kr5.cell.Cell, q: list[float]) -> dict[str, Any]:
     """Pose in the base of each frame that the flange carries."""
     T_base_flange = cell.flange(q)
     return {"F flange": T_base_flange, **{name: T_base_flange @ T for name, T in flange_frames(cell).items()}}
 
 
-def flange_frames(cell: Any) -> dict[str, Any]:
+def flange_frames(cell: kr5.cell.Cell) -> dict[str, Any]:
     """The same in the flange."""
     out = {
         "S force sensor": cell.tool and cell.tool.T_flange_sensor,

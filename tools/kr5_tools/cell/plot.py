@@ -1,7 +1,10 @@
 """The arm of a cell in its frames, drawn with matplotlib."""
 
-from typing import Any
+from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
+import kr5.cell
 import matplotlib
 
 matplotlib.use("Agg")
@@ -13,11 +16,16 @@ from mpl_toolkits.mplot3d import proj3d
 
 from kr5_tools.pages.plot_style import BLUE, GREEN, GREY, RED, STYLE
 
+if TYPE_CHECKING:
+    from mpl_toolkits.mplot3d import Axes3D
+
 AXES = (RED, GREEN, BLUE)
 LINK, JOINT, JOINT_TEXT = "#374151", "#f59e0b", "#92400e"
 
 
-def arm_figure(cell: Any, q: list[float], fixed: dict[str, Any], carried: dict[str, Any], title: str) -> Figure:
+def arm_figure(
+    cell: kr5.cell.Cell, q: list[float], fixed: dict[str, Any], carried: dict[str, Any], title: str
+) -> Figure:
     """The whole cell on the left, what the flange carries on the right.
 
     `fixed` and `carried`: pose in the base of each frame, by a name whose first word is its label; `F flange` is
@@ -40,7 +48,7 @@ def arm_figure(cell: Any, q: list[float], fixed: dict[str, Any], carried: dict[s
 
 
 def _draw(
-    axes: Any,
+    axes: Axes3D,
     links: list[np.ndarray],
     shown: dict[str, np.ndarray],
     labelled: dict[str, np.ndarray],
@@ -81,7 +89,7 @@ def _inside(line: np.ndarray, box: np.ndarray) -> np.ndarray:
 
 
 def _draw_links(
-    axes: Any, links: list[np.ndarray], joints: range, length: float, box: np.ndarray
+    axes: Axes3D, links: list[np.ndarray], joints: range, length: float, box: np.ndarray
 ) -> dict[str, np.ndarray]:
     """Links as the way along b and then a of each row, joint axes as short thick lines. Gives places for the
     numbers."""
@@ -105,7 +113,7 @@ def _draw_links(
 
 
 def _place_labels(
-    axes: Any, frames: dict[str, np.ndarray], numbers: dict[str, np.ndarray], lines: list[np.ndarray]
+    axes: Axes3D, frames: dict[str, np.ndarray], numbers: dict[str, np.ndarray], lines: list[np.ndarray]
 ) -> None:
     """Each label at the nearest place around its origin where it covers no other label and little of the drawing."""
     figure = axes.get_figure()

@@ -1,9 +1,9 @@
 """The posture in which an arm is drawn."""
 
-from typing import Any
+import kr5.cell
 
 
-def rest_posture(cell: Any, recording: Any) -> list[float]:
+def rest_posture(cell: kr5.cell.Cell, recording: kr5.cell.Recording | None) -> list[float]:
     """The first posture of a recording; else zero, or the nearest to it that the limits allow."""
     n = cell.robot.joints
     for experiment in recording.experiments if recording else ():

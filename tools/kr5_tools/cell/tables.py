@@ -2,12 +2,14 @@
 
 from typing import Any
 
+import kr5.cell
+
 from kr5_tools.cell.frames import DEG, fixed_frames, flange_frames, is_slide, joint_unit
 from kr5_tools.cli import tables
 from kr5_tools.cli.numbers import format_values
 
 
-def cell_tables(cell: Any) -> list[Any]:
+def cell_tables(cell: kr5.cell.Cell) -> list[Any]:
     """Everything a cell holds, with units."""
     return [
         t
@@ -30,7 +32,7 @@ def _tidy(value: float, decimals: int = 4) -> float:
     return round(value, decimals) + 0.0
 
 
-def _dh(cell: Any) -> Any:
+def _dh(cell: kr5.cell.Cell) -> Any:
     limits = cell.robot.limits
     rows = []
     for i, row in enumerate(cell.robot.dh):
@@ -54,7 +56,7 @@ def _dh(cell: Any) -> Any:
     return tables.make_table(title, ["joint", "b [mm]", "θ [°]", "a [mm]", "α [°]", "β [°]", "limits", "speed"], rows)
 
 
-def _links(cell: Any) -> Any:
+def _links(cell: kr5.cell.Cell) -> Any:
     if not cell.robot.links and not (cell.tool and cell.tool.mass):
         return None
     bodies = [(f"link {i + 1}", link) for i, link in enumerate(cell.robot.links)] + (
@@ -69,7 +71,7 @@ def _links(cell: Any) -> Any:
     )
 
 
-def _drives(cell: Any) -> Any:
+def _drives(cell: kr5.cell.Cell) -> Any:
     d = cell.drives
     if not d:
         return None
@@ -99,7 +101,7 @@ def _drives(cell: Any) -> Any:
     )
 
 
-def _servo(cell: Any) -> Any:
+def _servo(cell: kr5.cell.Cell) -> Any:
     if not cell.servo:
         return None
     loops = [
@@ -112,7 +114,7 @@ def _servo(cell: Any) -> Any:
     )
 
 
-def _poses(cell: Any) -> Any:
+def _poses(cell: kr5.cell.Cell) -> Any:
     import kr5
 
     rows = []
@@ -127,7 +129,7 @@ def _poses(cell: Any) -> Any:
     )
 
 
-def _sensors(cell: Any) -> Any:
+def _sensors(cell: kr5.cell.Cell) -> Any:
     rows = []
     if c := cell.camera:
         rows += [
@@ -149,8 +151,8 @@ def _sensors(cell: Any) -> Any:
                 f"sphere of radius {1000 * laser.target.radius:g} mm on the plane z = {1000 * laser.target.plane:g} mm",
             ]
         )
-    if c := cell.contact:
-        rows.append(["contact", f"{c.stiffness / 1000:g} N/mm, damping {c.damping:g} N s/m, friction {c.friction:g}"])
+    if k := cell.contact:
+        rows.append(["contact", f"{k.stiffness / 1000:g} N/mm, damping {k.damping:g} N s/m, friction {k.friction:g}"])
     if p := cell.peg:
         rows.append(
             ["peg", f"radius {1000 * p.radius:g} mm, length {1000 * p.length:g} mm, chamfer {1000 * p.chamfer:g} mm"]
@@ -168,7 +170,7 @@ def _sensors(cell: Any) -> Any:
     return tables.make_table("Sensors and task", ["part", "description"], rows, text=(1,)) if rows else None
 
 
-def _noise(cell: Any) -> Any:
+def _noise(cell: kr5.cell.Cell) -> Any:
     import re
 
     rows = []
@@ -186,7 +188,7 @@ def _noise(cell: Any) -> Any:
     return tables.make_table("Noise, standard deviations", heads, rows, text=(3, 4)) if rows else None
 
 
-def _effects(cell: Any) -> Any:
+def _effects(cell: kr5.cell.Cell) -> Any:
     import kr5.cell
 
     rows = []
@@ -203,7 +205,7 @@ def _effects(cell: Any) -> Any:
     )
 
 
-def recording_table(recording: Any) -> Any:
+def recording_table(recording: kr5.cell.Recording) -> Any:
     """What a recording holds."""
     rows = []
     for e in recording.experiments:
@@ -214,7 +216,7 @@ def recording_table(recording: Any) -> Any:
     return tables.make_table(f"Recording {recording.folder}", heads, rows, text=(1, 2, 5))
 
 
-def recording_columns(recording: Any, experiment: Any) -> list[Any]:
+def recording_columns(recording: kr5.cell.Recording, experiment: kr5.cell.Experiment) -> list[Any]:
     import kr5.cell
 
     return kr5.cell.columns(experiment.kind, recording.cell.robot.joints)

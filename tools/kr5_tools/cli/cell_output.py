@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import kr5
+import kr5.cell
 import numpy as np
 import typer
 from kr5 import cell
@@ -28,7 +29,7 @@ def load_target_cell(cell_file: Path | None, write_cell: Path | None) -> Any:
     return cell.load_cell(cell_file) if cell_file else None
 
 
-def write_cell_file(believed: Any, file: Path | None) -> None:
+def write_cell_file(believed: kr5.cell.Cell, file: Path | None) -> None:
     """Writes a cell with a result in it, if a file is named. The format of cells has no place for a covariance, which
     is told."""
     if file is None:
@@ -42,7 +43,7 @@ def write_cell_file(believed: Any, file: Path | None) -> None:
     )
 
 
-def put_intrinsics(believed: Any, lens: Any) -> None:
+def put_intrinsics(believed: kr5.cell.Cell, lens: Any) -> None:
     """Lens and sensor; where the camera sits stays."""
     camera = believed.camera
     if camera is None:
@@ -61,7 +62,7 @@ def _with_lens(camera: Any, lens: Any) -> Any:
     return camera
 
 
-def put_camera_pose(believed: Any, mount: str, T_mount_camera: np.ndarray, lens: Any = None) -> None:
+def put_camera_pose(believed: kr5.cell.Cell, mount: str, T_mount_camera: np.ndarray, lens: Any = None) -> None:
     """Mount and pose of the camera, in the form in which the cell has the pose; `lens` for a cell without camera."""
     camera = believed.camera
     if camera is None and lens is None:
@@ -84,7 +85,7 @@ def put_camera_pose(believed: Any, mount: str, T_mount_camera: np.ndarray, lens:
     believed.camera = camera
 
 
-def put_tool_tip(believed: Any, tip: np.ndarray) -> None:
+def put_tool_tip(believed: kr5.cell.Cell, tip: np.ndarray) -> None:
     """Position of the tool tip on the flange; what the cell gives from the tip stays where it is on the flange."""
     tool = believed.tool or cell.Tool()
     before = np.array(tool.T_flange_tool)
@@ -101,7 +102,7 @@ def put_tool_tip(believed: Any, tip: np.ndarray) -> None:
         believed.laser = scanner
 
 
-def put_marker_map(believed: Any, target: Any) -> None:
+def put_marker_map(believed: kr5.cell.Cell, target: Any) -> None:
     """The map in place of the cell's marker map, which says where it stands."""
     maps = [k for k, t in enumerate(believed.targets) if str(t.kind) == str(target.kind)]
     if len(maps) != 1:
@@ -114,7 +115,7 @@ def put_marker_map(believed: Any, target: Any) -> None:
     believed.targets = targets
 
 
-def put_scanner_pose(believed: Any, T_flange_scanner: np.ndarray) -> None:
+def put_scanner_pose(believed: kr5.cell.Cell, T_flange_scanner: np.ndarray) -> None:
     """Pose of the line scanner, in the form in which the cell has it."""
     laser = believed.laser or cell.Laser()
     if laser.T_tool_scanner is not None and believed.tool is not None:
@@ -125,7 +126,7 @@ def put_scanner_pose(believed: Any, T_flange_scanner: np.ndarray) -> None:
     believed.laser = laser
 
 
-def put_target(believed: Any, target: Any, mount: str, T_fixed_target: np.ndarray) -> str:
+def put_target(believed: kr5.cell.Cell, target: Any, mount: str, T_fixed_target: np.ndarray) -> str:
     """Pose, and of a marker map the markers, of the one target of the cell that is like this one. Says why when there
     is none."""
     wanted = _form_of(target)
@@ -136,9 +137,9 @@ def put_target(believed: Any, target: Any, mount: str, T_fixed_target: np.ndarra
     if board:
         if mount == "eye_to_hand":
             return "the board of a cell stands in the base, that of the images is on the flange"
-        one = believed.board
-        one.T_base_target = T_fixed_target
-        believed.board = one
+        own = believed.board
+        own.T_base_target = T_fixed_target
+        believed.board = own
         return ""
     targets = list(believed.targets)
     one = targets[alike[0]]

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 import typer
-from rich.console import Console
+from rich.console import Console as Console  # for those who print
 from rich.markup import escape
 from rich.progress import Progress, ProgressColumn
 

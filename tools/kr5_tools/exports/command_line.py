@@ -6,12 +6,14 @@ import warnings
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, cast
 
 import kr5
 import typer
+from kr5.files.result_types import ResultData
 from kr5.files.writing import write_text
 
+from kr5_tools.cli.terminal import Console
 from kr5_tools.exports.forms import FORMS, Form, form_of
 from kr5_tools.exports.items import ExportItems, items_of
 
@@ -71,7 +73,7 @@ class Exports:
                     f"--export: {file}: {form.name} holds {_either(form.takes)}, and this result has {_either(parts)}"
                 )
 
-    def write(self, data: dict[str, Any], to: Any) -> None:
+    def write(self, data: dict[str, Any], to: Console) -> None:
         """Writes the files of a result, each with a line for people; complains where it does not have what a form
         holds."""
         if not self.files:
@@ -79,7 +81,7 @@ class Exports:
         if data.get("verdict", {}).get("word") == "unusable":
             warnings.warn("not exported: the result is unusable", kr5.Caution, stacklevel=2)
             return
-        items = self._named(items_of(data))
+        items = self._named(items_of(cast(ResultData, data)))
         for file, form in zip(self.files, self.forms):
             if form.missing(items):
                 raise kr5.InvalidArgument(

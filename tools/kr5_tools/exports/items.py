@@ -1,9 +1,11 @@
 """What of a result other programs can use: poses of frames, and cameras."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from kr5.files.result_types import ResultData
 
 LENS = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
 
@@ -53,7 +55,7 @@ class ExportItems:
         return [pose for pose in self.poses if pose.main]
 
 
-def items_of(data: dict[str, Any]) -> ExportItems:
+def items_of(data: ResultData) -> ExportItems:
     """The poses and cameras of a result file; none where it has none."""
     result = data.get("result") or {}
     if not (result.get("fit") or {"usable": True}).get("usable", True):
@@ -71,7 +73,7 @@ def _cameras(lens: Any) -> list[ExportCamera]:
     return [ExportCamera("Camera", "camera", int(lens["width"]), int(lens["height"]), **numbers, lens=values)]
 
 
-def _pose(result: dict[str, Any], key: str, title: str, main: bool = True) -> list[ExportPose]:
+def _pose(result: Mapping[str, Any], key: str, title: str, main: bool = True) -> list[ExportPose]:
     """A pose of the result by its key T_parent_child, unless it was not estimated."""
     T = result.get(key)
     if T is None or (T := np.array(T, float)).shape != (4, 4) or np.array_equal(T, np.eye(4)):
@@ -80,7 +82,7 @@ def _pose(result: dict[str, Any], key: str, title: str, main: bool = True) -> li
     return [ExportPose(title, parent, child, T, main)]
 
 
-def _hand_eye_poses(result: dict[str, Any]) -> list[ExportPose]:
+def _hand_eye_poses(result: Mapping[str, Any]) -> list[ExportPose]:
     in_hand = result.get("mount", "eye_in_hand") == "eye_in_hand"
     mount, fixed = ("flange", "base") if in_hand else ("base", "flange")
     poses = _pose(result, "T_mount_camera", f"Camera on the {mount}" if in_hand else "Camera in the base")
@@ -90,12 +92,12 @@ def _hand_eye_poses(result: dict[str, Any]) -> list[ExportPose]:
     return poses
 
 
-def _timed_poses(result: dict[str, Any]) -> list[ExportPose]:
+def _timed_poses(result: Mapping[str, Any]) -> list[ExportPose]:
     camera = _pose(result, "T_hand_camera", "Camera on the hand")
     return camera + _pose(result, "T_base_world", "World of the camera in the base", main=False)
 
 
-def _tool_poses(result: dict[str, Any]) -> list[ExportPose]:
+def _tool_poses(result: Mapping[str, Any]) -> list[ExportPose]:
     if result.get("tip") is None:
         return []
     T = np.eye(4)
@@ -103,7 +105,7 @@ def _tool_poses(result: dict[str, Any]) -> list[ExportPose]:
     return [ExportPose("Tool tip on the flange, with the axes of the flange", "flange", "tool", T)]
 
 
-def _kinematics_poses(result: dict[str, Any]) -> list[ExportPose]:
+def _kinematics_poses(result: Mapping[str, Any]) -> list[ExportPose]:
     return [
         *_pose(result, "T_world_base", "Base in the frame of the measuring device"),
         *_pose(result, "T_flange_tool", "Measured tool on the flange"),
@@ -112,15 +114,15 @@ def _kinematics_poses(result: dict[str, Any]) -> list[ExportPose]:
     ]
 
 
-def _cell_poses(result: dict[str, Any]) -> list[ExportPose]:
+def _cell_poses(result: Mapping[str, Any]) -> list[ExportPose]:
     return _hand_eye_poses(result) + _pose(result, "T_flange_scanner", "Line scanner on the flange")
 
 
-def _laser_poses(result: dict[str, Any]) -> list[ExportPose]:
+def _laser_poses(result: Mapping[str, Any]) -> list[ExportPose]:
     return _pose(result, "T_flange_scanner", "Line scanner on the flange")
 
 
-def _map_poses(result: dict[str, Any]) -> list[ExportPose]:
+def _map_poses(result: Mapping[str, Any]) -> list[ExportPose]:
     markers = (result.get("target") or {}).get("map") or []
     return [
         ExportPose(f"Marker {m['id']} in the map", "map", f"marker_{m['id']}", np.array(m["T_target_marker"], float))

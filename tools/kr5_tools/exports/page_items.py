@@ -2,13 +2,15 @@
 
 from typing import Any
 
+from kr5.files.result_types import ResultData
+
 from kr5_tools.exports import camera_forms, pose_forms
 from kr5_tools.exports.items import ExportCamera, ExportPose, items_of
 
 MOST = 12  # items on a page; files of --export hold them all
 
 
-def page_items(data: dict[str, Any]) -> list[dict[str, Any]]:
+def page_items(data: ResultData) -> list[dict[str, Any]]:
     """Each pose and camera of a result with its texts: title, and forms of title and text."""
     found = items_of(data)
     items = [_pose_item(pose) for pose in found.poses[:MOST]] + [_camera_item(camera) for camera in found.cameras]

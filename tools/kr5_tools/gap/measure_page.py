@@ -1,7 +1,9 @@
 """The page of a measured gap (`kr5-gap-measure/1`): where it is, and that of every column."""
 
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
+
+from kr5.files.result_types import ResultData
 
 from kr5_tools.cli.numbers import NONE, format_count, root_mean_square
 from kr5_tools.pages.tables_page import write_tables_page
@@ -20,7 +22,7 @@ def write_page(data: dict[str, Any], source: str, output: Path, png: Path | None
         {"title": "", "texts": [summary_text(data)], "plots": [], "tables": [parts_table(data["parts"])]},
         {"title": "Columns", "texts": [], "plots": plots, "tables": columns_tables(data)},
     ]
-    return write_tables_page(data, TITLE, "kr5 gap measure", source, parts, output, png)
+    return write_tables_page(cast(ResultData, data), TITLE, "kr5 gap measure", source, parts, output, png)
 
 
 def summary_text(data: dict[str, Any]) -> str:

@@ -1,7 +1,9 @@
 """The page of a plan (`kr5-gap-plan/1`): the alternatives, and the experiments that distinguish them."""
 
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
+
+from kr5.files.result_types import ResultData
 
 from kr5_tools.cli.numbers import format_percent
 from kr5_tools.pages.tables_page import write_tables_page
@@ -22,7 +24,7 @@ def write_page(data: dict[str, Any], source: str, output: Path, png: Path | None
     if data["experiments"]:
         tables = [experiments_table(data["experiments"])]
         parts.append({"title": "Experiments, the best first", "texts": [], "plots": [], "tables": tables})
-    return write_tables_page(data, "Next experiment", "kr5 gap plan", source, parts, output, png)
+    return write_tables_page(cast(ResultData, data), "Next experiment", "kr5 gap plan", source, parts, output, png)
 
 
 def alternative_texts(alternatives: list[list[dict[str, str]]]) -> list[str]:

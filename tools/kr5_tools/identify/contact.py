@@ -3,6 +3,9 @@
 from pathlib import Path
 from typing import Annotated, Any
 
+import kr5.cell
+import kr5.force
+import kr5.identification
 import numpy as np
 import typer
 from kr5 import cell, force, identification
@@ -91,7 +94,7 @@ def contact(
     write_json(write_result(output, "kr5-contact/1", **keys), json_file)
 
 
-def recorded_log(recording: Any, options: Any) -> Any:
+def recorded_log(recording: kr5.cell.Recording, options: kr5.identification.ContactStiffnessOptions) -> Any:
     """The press experiments of a recording: the tool goes down along Z of the base, and contact takes from the weight
     that the sensor shows."""
     values, starts = joined_runs(experiments_of(recording, "press"), ["t", "z", "fz"])
@@ -111,14 +114,20 @@ def _table_log(file: Path, wanted: TableOptions) -> Any:
     return log
 
 
-def put_contact(believed: Any, found: Any) -> None:
+def put_contact(believed: kr5.cell.Cell, found: kr5.identification.ContactStiffnessResult) -> None:
     """Stiffness, and damping where it was estimated, into a cell."""
     identification.set_contact_stiffness(believed, found.stiffness)
     if found.covariance[3, 3] > 0:
         believed.contact.damping = max(found.damping, 0.0)
 
 
-def _design(found: Any, loop: Any, options: Any, recording: Any, believed: Any) -> Any:
+def _design(
+    found: kr5.identification.ContactStiffnessResult,
+    loop: kr5.force.ForceLoopOptions,
+    options: kr5.identification.ForceLoopDesignOptions,
+    recording: kr5.cell.Recording | None,
+    believed: kr5.cell.Cell | None,
+) -> Any:
     """The force loop on the identified contact."""
     plant = identification.ForceLoopPlant(stiffness=found.stiffness, damping=max(found.damping, 0.0))
     if recording is not None and any(str(e.kind) == "step" and str(e.split) == "fit" for e in recording.experiments):
@@ -140,7 +149,9 @@ def _design(found: Any, loop: Any, options: Any, recording: Any, believed: Any) 
     return identification.design_force_loop(plant, loop, options)
 
 
-def _figures(found: Any, plan: Any) -> list[dict[str, Any]]:
+def _figures(
+    found: kr5.identification.ContactStiffnessResult, plan: kr5.identification.ForceLoopDesign | None
+) -> list[dict[str, Any]]:
     std = np.sqrt(np.diag(found.covariance))
     rows = [
         figure_row("stiffness", 1e-3 * found.stiffness, 1e-3 * float(std[0]), "N/mm"),
@@ -170,7 +181,7 @@ def _figures(found: Any, plan: Any) -> list[dict[str, Any]]:
     return rows
 
 
-def _design_table(plan: Any) -> Any:
+def _design_table(plan: kr5.identification.ForceLoopDesign) -> Any:
     names = [
         "stiffness [N/mm]",
         "stable",
@@ -190,7 +201,12 @@ def _design_table(plan: Any) -> Any:
     return make_table("Force loop over the stiffness", names, rows, text=(1,))
 
 
-def _keys(source: Path, log: Any, found: Any, plan: Any) -> dict[str, Any]:
+def _keys(
+    source: Path,
+    log: kr5.identification.ContactLog,
+    found: kr5.identification.ContactStiffnessResult,
+    plan: kr5.identification.ForceLoopDesign | None,
+) -> dict[str, Any]:
     warnings = list(found.warnings)
     if found.outliers:
         listed = ", ".join(str(i + 1) for i in found.outliers[:8])

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import kr5
+import kr5.cell
 import numpy as np
 from kr5 import calibration, vision
 
@@ -33,7 +34,7 @@ class Device:
     begin: Callable[[np.random.Generator], None] = lambda random: None  # before each identification
 
 
-def make_devices(cell: Any, home_flange: np.ndarray, map_error: float, seed: int) -> dict[str, Device]:
+def make_devices(cell: kr5.cell.Cell, home_flange: np.ndarray, map_error: float, seed: int) -> dict[str, Device]:
     """The devices of Hayat et al. 2022, section 4.4.1, by name. A total station is aimed by hand, a laser tracker
     follows the reflector while the joint turns slowly."""
     camera = MarkerCamera(cell, home_flange, map_error, seed)
@@ -61,7 +62,7 @@ def track_reflector(turn: Turn, noise: float, random: np.random.Generator) -> li
 class MarkerCamera:
     """The camera of a cell on its flange, before boards of markers whose map is known with an error."""
 
-    def __init__(self, cell: Any, home_flange: np.ndarray, map_error: float, seed: int) -> None:
+    def __init__(self, cell: kr5.cell.Cell, home_flange: np.ndarray, map_error: float, seed: int) -> None:
         c = cell.camera
         k1, k2, p1, p2, k3 = (list(c.distortion.values) + [0.0] * 5)[:5]
         self.lens = kr5.Pinhole(

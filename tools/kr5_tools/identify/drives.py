@@ -4,6 +4,7 @@ import math
 from pathlib import Path
 from typing import Annotated, Any
 
+import kr5.identification
 import numpy as np
 import typer
 from kr5 import identification
@@ -107,7 +108,7 @@ def read_readings(file: Path, wanted: TableOptions) -> Any:
     return identification.DriveReadings(counts=counts, motor=motor, joint=table["q"], group=group)
 
 
-def result_keys(file: Path, result: Any) -> dict[str, Any]:
+def result_keys(file: Path, result: kr5.identification.DriveResult) -> dict[str, Any]:
     """What the result file holds beside its head."""
     S, sigma = np.asarray(result.structure), np.asarray(result.sigma)
     n = len(S)

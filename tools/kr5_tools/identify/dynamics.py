@@ -1,11 +1,13 @@
 """`kr5 identify dynamics`: inertial parameters, friction and rotors of an arm from its motion and torques."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, cast
 
+import kr5.identification
 import numpy as np
 import typer
 from kr5 import identification
+from kr5.files.result_types import ResultData
 from kr5.files.results import write_result
 from kr5.files.writing import check_writable, write_json
 from kr5.logs.joint_motion import arm_model, merged_motion
@@ -14,7 +16,7 @@ from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.table_options import ColumnsOption
 from kr5_tools.cli.tables import figure_row, make_table, print_result
-from kr5_tools.cli.terminal import console, fail, spinner
+from kr5_tools.cli.terminal import Console, console, fail, spinner
 from kr5_tools.identify.dynamics_errors import error_rows
 from kr5_tools.identify.dynamics_parts import SHOWN_SAMPLES, Part, condition_parts
 from kr5_tools.identify.identified_cell import expected_bodies, write_identified_cell
@@ -92,7 +94,7 @@ def dynamics(
     if page:
         from kr5_tools.identify.dynamics_page import write_page
 
-        write_page(data, str(source), page, None)
+        write_page(cast(ResultData, data), str(source), page, None)
     if write_cell:
         write_identified_cell(motions.cell, merged_motion([p.motion for p in fit.parts]), result, options, write_cell)
     write_json(data, json_file)
@@ -109,7 +111,7 @@ def torque_errors(measured: np.ndarray, predicted: np.ndarray) -> dict[str, Any]
     }
 
 
-def _judged(result: Any, part: Part) -> tuple[dict[str, Any], dict[str, Any]]:
+def _judged(result: kr5.identification.DynamicsResult, part: Part) -> tuple[dict[str, Any], dict[str, Any]]:
     """Errors of a part against the torques as logged and as smoothed, and the curves of its plot."""
     motion = merged_motion([p.motion for p in part.parts])
     predicted = np.asarray(identification.predict_torques(result, motion))
@@ -132,7 +134,9 @@ def base_unit(expression: str) -> str:
     return "kg m" if " c" in expression[:12] else "kg"
 
 
-def result_keys(source: Path, motions: Any, result: Any, fit: Part, check: Part) -> dict[str, Any]:
+def result_keys(
+    source: Path, motions: Any, result: kr5.identification.DynamicsResult, fit: Part, check: Part
+) -> dict[str, Any]:
     """What the result file holds beside its head."""
     base, seen = result.base, result.observability
     figures = [
@@ -178,7 +182,9 @@ def result_keys(source: Path, motions: Any, result: Any, fit: Part, check: Part)
     }
 
 
-def verdict_of(result: Any, errors: dict[str, Any], findings: list[dict[str, Any]]) -> dict[str, str]:
+def verdict_of(
+    result: kr5.identification.DynamicsResult, errors: dict[str, Any], findings: list[dict[str, Any]]
+) -> dict[str, str]:
     """Good unless the data leave doubts, which are named."""
     seen, doubts = result.observability, [f["text"] for f in findings if str(f["severity"]) == "warning"]
     if seen.unidentifiable:
@@ -196,7 +202,7 @@ def verdict_of(result: Any, errors: dict[str, Any], findings: list[dict[str, Any
     return {"word": "doubtful" if doubts else "good", "text": "; ".join([text, *doubts])}
 
 
-def _show(keys: dict[str, Any], result: Any, out: Any) -> None:
+def _show(keys: dict[str, Any], result: kr5.identification.DynamicsResult, out: Console) -> None:
     print_result(keys, out)
     columns, rows = error_rows(keys["result"]["errors"])
     out.print()

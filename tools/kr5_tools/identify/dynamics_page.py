@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from kr5.files.result_types import ResultData
 
 from kr5_tools.calibrate.plots import Plot
 from kr5_tools.cli.numbers import format_number
@@ -37,7 +38,7 @@ def torque_plot(curves: dict[str, Any], joint: int) -> Any:
     return figure
 
 
-def write_page(data: dict[str, Any], source: str, output: Path, png: Path | None) -> list[Path]:
+def write_page(data: ResultData, source: str, output: Path, png: Path | None) -> list[Path]:
     """Writes the page of a kr5-dynamics/1 result, and its plots where they are wanted."""
     result = data["result"]
     with plt.rc_context(STYLE):
@@ -82,7 +83,7 @@ def _error_text(result: dict[str, Any]) -> str:
     return text + "; torques as logged, before smoothing."
 
 
-def figure_table(data: dict[str, Any]) -> dict[str, Any]:
+def figure_table(data: ResultData) -> dict[str, Any]:
     """The figures with their standard deviations."""
     rows = [
         [f["name"], format_number(f["value"], f["std"]), format_number(f["std"], f["std"]), f["unit"]]

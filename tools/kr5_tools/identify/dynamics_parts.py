@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
+import kr5.identification
 import numpy as np
 from kr5 import identification
 
@@ -26,7 +27,7 @@ class Part:
         return np.vstack([p.tau_measured for p in self.parts])
 
 
-def condition_parts(motions: Any, options: Any) -> tuple[Part, Part]:
+def condition_parts(motions: Any, options: kr5.identification.ConditioningOptions) -> tuple[Part, Part]:
     """Both parts conditioned alike; ends with every error that is found."""
     fit, check = [identification.condition_log(log, options) for log in motions.fit], []
     if all(p.usable for p in fit) and options.cutoff == 0:

@@ -4,6 +4,8 @@ import math
 from pathlib import Path
 from typing import Annotated, Any
 
+import kr5.cell
+import kr5.identification
 import numpy as np
 import typer
 from kr5 import cell, identification, predict, robot
@@ -13,7 +15,7 @@ from kr5.files.writing import check_writable, write_json
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, make_table, print_result
-from kr5_tools.cli.terminal import console, fail, print_note, share_bar
+from kr5_tools.cli.terminal import Console, console, fail, print_note, share_bar
 from kr5_tools.identify.excitation_files import krl_files, write_krl, write_motion_csv
 
 app = typer.Typer()
@@ -143,7 +145,7 @@ def _values(option: str, text: str, joints: int) -> np.ndarray:
     return np.array(values)
 
 
-def _zones(believed: Any, file: Path | None, cell_objects: bool) -> list[Any]:
+def _zones(believed: kr5.cell.Cell, file: Path | None, cell_objects: bool) -> list[Any]:
     """Zones of the file, and the objects of the cell; of its plane the extent is not known."""
     objects = predict.scanner_objects(believed) if cell_objects else []
     own = [identification.keep_out_of(o) for o in objects if o.name != "plane"]
@@ -157,7 +159,9 @@ def _radii(text: str, joints: int) -> np.ndarray:
     return _values("--link-radii", text, count)
 
 
-def _limits(believed: Any, joints: int, speed: str | None, acceleration: str | None, torque: str | None) -> Any:
+def _limits(
+    believed: kr5.cell.Cell, joints: int, speed: str | None, acceleration: str | None, torque: str | None
+) -> Any:
     stated = believed.robot.limits
     if stated is not None and not len(stated.velocity) and speed is not None:
         stated.velocity = _values("--speed", speed, joints)
@@ -177,13 +181,15 @@ def _limits(believed: Any, joints: int, speed: str | None, acceleration: str | N
     return limits
 
 
-def _interval(believed: Any, given: float | None) -> float:
+def _interval(believed: kr5.cell.Cell, given: float | None) -> float:
     if given is not None and not (math.isfinite(given) and given > 0):
         fail(f"--interval: found {given}, expected a time above 0 [s]")
     return given or (believed.servo.cycle if believed.servo else robot.usual_cycle)
 
 
-def _keys(found: Any, believed: Any, every: float, unscaled: bool) -> dict[str, Any]:
+def _keys(
+    found: kr5.identification.Excitation, believed: kr5.cell.Cell, every: float, unscaled: bool
+) -> dict[str, Any]:
     duration = found.motion.duration()
     columns = "in SI units" if unscaled else "of unit length"
     condition = found.condition_unscaled if unscaled else found.condition
@@ -218,7 +224,7 @@ def _keys(found: Any, believed: Any, every: float, unscaled: bool) -> dict[str, 
     }
 
 
-def _show(found: Any, keys: dict[str, Any], out: Any) -> None:
+def _show(found: kr5.identification.Excitation, keys: dict[str, Any], out: Console) -> None:
     print_result(keys, out)
     rows = []
     for j, position in enumerate(found.position_use):

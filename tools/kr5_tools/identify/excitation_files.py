@@ -2,9 +2,10 @@
 
 import re
 from pathlib import Path
-from typing import Any
 
 import kr5
+import kr5.identification
+import kr5.kinematics
 import numpy as np
 from kr5.files.writing import write_text
 
@@ -13,7 +14,7 @@ KRL_INTERVAL = 0.2  # between the points of a spline [s]
 KRL_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,20}$")
 
 
-def write_motion_csv(motion: Any, tau: np.ndarray, file: Path) -> None:
+def write_motion_csv(motion: kr5.identification.JointMotion, tau: np.ndarray, file: Path) -> None:
     """Time, joint values, speeds, accelerations and (where they are known) nominal torques, in SI."""
     joints = range(1, np.asarray(motion.q).shape[1] + 1)
     names = ["t", *(f"{kind}{j}" for kind in ("q", "qd", "qdd") for j in joints)]
@@ -34,7 +35,9 @@ def krl_files(stem: Path) -> tuple[Path, Path]:
     return stem.with_name(stem.name + ".src"), stem.with_name(stem.name + ".dat")
 
 
-def write_krl(excitation: Any, chain: Any, cell_name: str, stem: Path) -> None:
+def write_krl(
+    excitation: kr5.identification.Excitation, chain: kr5.kinematics.DhChain, cell_name: str, stem: Path
+) -> None:
     """A KRL module that makes the motion: axis values in degrees (external linear axes in mm), at reduced override."""
     source, data = krl_files(stem)
     axes = _axis_names(len(chain.joints))
@@ -50,7 +53,7 @@ def _axis_names(joints: int) -> list[str]:
     return [f"A{j + 1}" if j < 6 else f"E{j - 5}" for j in range(joints)]
 
 
-def _points(motion: Any) -> tuple[np.ndarray, np.ndarray]:
+def _points(motion: kr5.identification.ExcitationMotion) -> tuple[np.ndarray, np.ndarray]:
     """Times and joint values at the points, without the first, which is the start."""
     if str(motion.kind) == "point_to_point":
         return np.asarray(motion.times), np.asarray(motion.points)
@@ -62,7 +65,14 @@ def _listed(axes: list[str], values: np.ndarray) -> str:
     return ", ".join(f"{axis} {value:.4f}" for axis, value in zip(axes, values, strict=True))
 
 
-def _source(excitation: Any, name: str, cell_name: str, axes: list[str], scale: np.ndarray, times: np.ndarray) -> str:
+def _source(
+    excitation: kr5.identification.Excitation,
+    name: str,
+    cell_name: str,
+    axes: list[str],
+    scale: np.ndarray,
+    times: np.ndarray,
+) -> str:
     limits = excitation.limits
     lines = [
         f"DEF {name}( )",
@@ -91,7 +101,7 @@ def _source(excitation: Any, name: str, cell_name: str, axes: list[str], scale: 
     return "\r\n".join([*lines, "END", ""])
 
 
-def _point_moves(excitation: Any, times: np.ndarray, speed: np.ndarray) -> list[str]:
+def _point_moves(excitation: kr5.identification.Excitation, times: np.ndarray, speed: np.ndarray) -> list[str]:
     """Each stroke at the part of the axis speeds that gives it its time."""
     points = np.asarray(excitation.motion.points)
     peak = 1.875 if str(excitation.motion.profile) == "quintic" else 4.0 / 3.0

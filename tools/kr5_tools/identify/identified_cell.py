@@ -5,6 +5,8 @@ from pathlib import Path
 from typing import Any
 
 import kr5
+import kr5.cell
+import kr5.identification
 import numpy as np
 from kr5 import cell as kr5_cell
 from kr5 import identification, kinematics
@@ -13,7 +15,7 @@ from kr5.files.writing import beside
 LEAST_MASS = 1e-3  # of a link without one, for a prior [kg]
 
 
-def link_bodies(cell: Any, with_tool: bool) -> list[Any]:
+def link_bodies(cell: kr5.cell.Cell, with_tool: bool) -> list[Any]:
     """Believed bodies of the links; the last one carries the tool, as the motors feel it."""
     bodies = [kinematics.Body(mass=k.mass, com=k.com, inertia=k.inertia) for k in cell.robot.links]
     tool = tool_body(cell)
@@ -22,7 +24,7 @@ def link_bodies(cell: Any, with_tool: bool) -> list[Any]:
     return bodies
 
 
-def expected_bodies(cell: Any) -> list[Any]:
+def expected_bodies(cell: kr5.cell.Cell) -> list[Any]:
     """Bodies for a prior: those of the links with the tool, or none when one of them cannot exist, as a link that was
     left without a mass."""
     if not cell.robot.links:
@@ -36,7 +38,7 @@ def expected_bodies(cell: Any) -> list[Any]:
     return bodies
 
 
-def tool_body(cell: Any) -> Any:
+def tool_body(cell: kr5.cell.Cell) -> Any:
     """What hangs below the force sensor, in the frame of the last link; None without."""
     tool = cell.tool
     if tool is None or not tool.mass:
@@ -52,7 +54,7 @@ def standard_parameters(body: Any) -> list[float]:
     return [*second, cx, cy, cz, m]
 
 
-def believed_parameters(cell: Any, model: Any) -> np.ndarray:
+def believed_parameters(cell: kr5.cell.Cell, model: kr5.identification.DynamicsModel) -> np.ndarray:
     """Standard parameters of the arm of a cell with its tool, in the order of the regressor; terms that a cell does not
     hold are zero."""
     if not cell.robot.links:
@@ -72,7 +74,13 @@ def believed_parameters(cell: Any, model: Any) -> np.ndarray:
     return out
 
 
-def write_identified_cell(cell: Any, motion: Any, result: Any, options: Any, file: Path) -> None:
+def write_identified_cell(
+    cell: kr5.cell.Cell,
+    motion: kr5.identification.JointMotion,
+    result: kr5.identification.DynamicsResult,
+    options: kr5.identification.DynamicsOptions,
+    file: Path,
+) -> None:
     """The cell with bodies that can exist and explain the torques; the tool stays as it is believed."""
     if not cell.robot.links:
         raise kr5.InvalidArgument("--write-cell: the cell has no link masses to begin with; add them to the cell")
@@ -104,7 +112,7 @@ def write_identified_cell(cell: Any, motion: Any, result: Any, options: Any, fil
     )
 
 
-def terms_of_a_cell(model: Any) -> tuple[Any, list[str]]:
+def terms_of_a_cell(model: kr5.identification.DynamicsModel) -> tuple[Any, list[str]]:
     """The model with the terms that a cell holds, and offsets, which would otherwise end up in them; and the names of
     the others."""
     terms = [
@@ -118,7 +126,9 @@ def terms_of_a_cell(model: Any) -> tuple[Any, list[str]]:
     return plain, [name for name in identification.DynamicsRegressor(model).names if name not in held]
 
 
-def without_tool(cell: Any, motion: Any, model: Any) -> Any:
+def without_tool(
+    cell: kr5.cell.Cell, motion: kr5.identification.JointMotion, model: kr5.identification.DynamicsModel
+) -> Any:
     """The motion with the torques that the links alone ask for: those of the tool, as it is believed, are taken away,
     so that the links are not asked to hold a part of it."""
     tool = tool_body(cell)
@@ -138,7 +148,7 @@ def without_tool(cell: Any, motion: Any, model: Any) -> Any:
     )
 
 
-def put_dynamics(cell: Any, found: Any) -> Any:
+def put_dynamics(cell: kr5.cell.Cell, found: kr5.identification.DynamicsResult) -> Any:
     """A copy of the cell with the identified links, rotors and friction; the tool stays as it is believed."""
     out = kr5_cell.parse_cell(cell.to_yaml())
     robot = out.robot

@@ -9,6 +9,7 @@ from typing import Any
 
 import kr5
 import kr5.cell
+import kr5.identification
 import numpy as np
 from kr5 import identification
 from kr5.logs.bag_file import is_bag_folder
@@ -76,7 +77,7 @@ def read_motions(
     return out
 
 
-def split_log(log: Any, held_out: float) -> tuple[Any, Any]:
+def split_log(log: kr5.identification.JointLog, held_out: float) -> tuple[Any, Any]:
     """The first part of a log, and the last one, by time."""
     t = np.asarray(log.t)
     finite = t[np.isfinite(t)]
@@ -85,7 +86,7 @@ def split_log(log: Any, held_out: float) -> tuple[Any, Any]:
     return _rows(log, ~late), _rows(log, late)
 
 
-def _rows(log: Any, keep: np.ndarray) -> Any:
+def _rows(log: kr5.identification.JointLog, keep: np.ndarray) -> Any:
     values = {name: np.asarray(getattr(log, name)) for name in ("t", "q", "qd", "tau", "temperature")}
     return identification.JointLog(
         **{name: v[keep] if v.size else v for name, v in values.items()},
@@ -112,7 +113,7 @@ def _recording_motions(folder: Path, arm: Path | None) -> MotionLogs:
     return out
 
 
-def _experiment_log(cell: Any, experiment: Any, n: int) -> Any:
+def _experiment_log(cell: kr5.cell.Cell, experiment: kr5.cell.Experiment, n: int) -> Any:
     columns = experiment.data.columns
 
     def family(stem: str) -> list[str] | None:
@@ -176,7 +177,7 @@ def _log_motions(source: Path, map: Map) -> MotionLogs:
     return out
 
 
-def _mapped_log(cell: Any, log: Log, map: Map, sources: dict[str, Any], note: Any) -> Any:
+def _mapped_log(cell: kr5.cell.Cell, log: Log, map: Map, sources: dict[str, Any], note: Any) -> Any:
     named = {name: s for name, s in sources.items() if isinstance(s, Source) and s.names}
     q = named.get("q") or named.get("qc")
     load = named.get("tau") or named.get("i")
@@ -215,7 +216,7 @@ def _times(log: Log, map: Map, rows: int) -> np.ndarray:
     return np.asarray(stamps_s - np.nanmin(stamps_s) + clock.offset)
 
 
-def _speeds(log: Log, q: Source, cell: Any, note: Any) -> dict[str, Any]:
+def _speeds(log: Log, q: Source, cell: kr5.cell.Cell, note: Any) -> dict[str, Any]:
     """Logged speeds, when a family of columns is named like them; taken in the unit of the positions."""
     found = find_families(log, list(cell.robot.joint_names), len(q.names)).first("qd")
     if found is None:
@@ -291,7 +292,7 @@ def require_usable(parts: list[Any], where: str = "") -> None:
         raise kr5.InvalidArgument(f"{where}the log cannot be used: " + "; ".join(errors or [p.message for p in bad]))
 
 
-def conditioning_of(options: Any, cell: Any) -> Any:
+def conditioning_of(options: kr5.identification.ConditioningOptions, cell: kr5.cell.Cell) -> Any:
     """Options with the limits and slides of the cell."""
     robot = cell.robot
     options.slides = [k + 1 for k, joint in enumerate(robot.dh) if str(joint.type) == "prismatic"]

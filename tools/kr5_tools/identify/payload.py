@@ -1,12 +1,15 @@
 """`kr5 identify payload`: mass, centre and inertia of a load at the flange, from the torques with it."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, cast
 
+import kr5.cell
+import kr5.identification
 import numpy as np
 import typer
 from kr5 import cell as kr5_cell
 from kr5 import identification, kinematics
+from kr5.files.result_types import ResultData
 from kr5.files.results import write_result
 from kr5.files.writing import beside, check_writable, write_json
 from kr5.logs.joint_motion import arm_model, merged_motion
@@ -15,10 +18,10 @@ from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.table_options import ColumnsOption
 from kr5_tools.cli.tables import figure_row, make_table, print_result
-from kr5_tools.cli.terminal import console, fail, print_note, spinner
+from kr5_tools.cli.terminal import Console, console, fail, print_note, spinner
 from kr5_tools.identify.dynamics_parts import SHOWN_SAMPLES, condition_parts
 from kr5_tools.identify.identified_cell import believed_parameters, tool_body
-from kr5_tools.identify.motion_logs import conditioning_of, log_and_terms_options, read_motions
+from kr5_tools.identify.motion_logs import MotionLogs, conditioning_of, log_and_terms_options, read_motions
 
 app = typer.Typer()
 MOMENTS = ("mass", "m cx", "m cy", "m cz", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
@@ -95,14 +98,14 @@ def payload(
     if page:
         from kr5_tools.identify.payload_page import write_page
 
-        write_page(data, str(source), page, None)
+        write_page(cast(ResultData, data), str(source), page, None)
     if write_cell:
         with beside(write_cell) as new:
             kr5_cell.save_cell(with_payload(loaded.cell, result), new)
     write_json(data, json_file)
 
 
-def conditioned(motions: Any, log: Any) -> Any:
+def conditioned(motions: Any, log: kr5.identification.ConditioningOptions) -> Any:
     """All motions of a source as one; a payload needs none that are held out."""
     options = conditioning_of(identification.ConditioningOptions.from_dict(log.to_dict()), motions.cell)
     motions.fit, motions.check = [*motions.fit, *motions.check], []
@@ -110,7 +113,7 @@ def conditioned(motions: Any, log: Any) -> Any:
     return merged_motion([p.motion for p in fit.parts])
 
 
-def identified_arm(bare: Any, motion: Any, terms: Any, source: Path) -> Any:
+def identified_arm(bare: MotionLogs, motion: kr5.identification.JointMotion, terms: Any, source: Path) -> Any:
     """The arm without the load."""
     model = arm_model(bare.cell, [terms] * bare.cell.robot.joints)
     with spinner("Identifying the arm without the load"):
@@ -120,7 +123,13 @@ def identified_arm(bare: Any, motion: Any, terms: Any, source: Path) -> Any:
     return out
 
 
-def load_curves(motion: Any, model: Any, parameters: np.ndarray, result: Any, friction: bool) -> dict[str, Any]:
+def load_curves(
+    motion: kr5.identification.JointMotion,
+    model: kr5.identification.DynamicsModel,
+    parameters: np.ndarray,
+    result: kr5.identification.PayloadResult,
+    friction: bool,
+) -> dict[str, Any]:
     """What the load adds to the torques: measured less the arm without it, and by the body that was found."""
     regressor = identification.DynamicsRegressor(model)
     added = np.asarray(motion.tau) - np.asarray(regressor.torques(motion, parameters))
@@ -132,7 +141,9 @@ def load_curves(motion: Any, model: Any, parameters: np.ndarray, result: Any, fr
     return {"t": np.asarray(motion.t)[::every], "measured": added[::every], "predicted": body[::every]}
 
 
-def result_keys(source: Path, without: Path | None, motions: Any, result: Any) -> dict[str, Any]:
+def result_keys(
+    source: Path, without: Path | None, motions: Any, result: kr5.identification.PayloadResult
+) -> dict[str, Any]:
     """What the result file holds beside its head."""
     body, sigma = result.body, np.sqrt(np.diag(np.asarray(result.covariance)))
     com = zip("xyz", np.asarray(body.com), np.asarray(result.com_deviation), strict=True)
@@ -158,7 +169,7 @@ def result_keys(source: Path, without: Path | None, motions: Any, result: Any) -
     }
 
 
-def verdict_of(result: Any, compared: bool) -> dict[str, str]:
+def verdict_of(result: kr5.identification.PayloadResult, compared: bool) -> dict[str, str]:
     """Good unless the data leave doubts, which are named."""
     doubts = []
     if abs(result.body.mass) < SEEN * result.mass_deviation:
@@ -178,14 +189,14 @@ def verdict_of(result: Any, compared: bool) -> dict[str, str]:
     return {"word": "doubtful" if doubts else "good", "text": "; ".join([text, *doubts])}
 
 
-def _show(result: Any, out: Any) -> None:
+def _show(result: kr5.identification.PayloadResult, out: Console) -> None:
     errors = zip(np.asarray(result.without.rms), np.asarray(result.fitted.rms), strict=True)
     rows = [[f"{k + 1}", float(a), float(b)] for k, (a, b) in enumerate(errors)]
     out.print()
     out.print(make_table("RMS torque errors [N m]", ["joint", "without the load", "with the load"], rows))
 
 
-def with_payload(cell: Any, result: Any) -> Any:
+def with_payload(cell: kr5.cell.Cell, result: kr5.identification.PayloadResult) -> Any:
     """A copy of the cell whose tool carries the load; its inertia counts where such a body can exist."""
     out = kr5_cell.parse_cell(cell.to_yaml())
     tool = out.tool if out.tool is not None else kr5_cell.Tool(T_flange_tool=np.eye(4))

@@ -1,9 +1,9 @@
 """Page of an identified payload: what it adds to the torques, errors with and without it, the body."""
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+from kr5.files.result_types import ResultData
 
 from kr5_tools.calibrate.plots import Plot
 from kr5_tools.cli.numbers import format_number
@@ -12,7 +12,7 @@ from kr5_tools.pages.plot_style import STYLE, plt
 from kr5_tools.pages.tables_page import write_tables_page
 
 
-def write_page(data: dict[str, Any], source: str, output: Path, png: Path | None) -> list[Path]:
+def write_page(data: ResultData, source: str, output: Path, png: Path | None) -> list[Path]:
     """Writes the page of a kr5-payload/1 result, and its plots where they are wanted."""
     result = data["result"]
     curves = {"fitted": result["curves"]}

@@ -2,6 +2,8 @@
 
 from typing import Any
 
+import kr5.cell
+import kr5.identification
 import numpy as np
 from kr5 import identification
 
@@ -13,7 +15,9 @@ from kr5_tools.identify.axis_logs import (
 PATH = "path correction"
 
 
-def recorded_logs(recording: Any, joint: list[int] | None, options: Any) -> dict[str, Any]:
+def recorded_logs(
+    recording: kr5.cell.Recording, joint: list[int] | None, options: kr5.identification.ServoOptions
+) -> dict[str, Any]:
     """The responses of a recording by name; joints follow smooth commands."""
     if not joint:
         values, starts = joined_runs(experiments_of(recording, "step"), ["t", "zc", "z"])

@@ -4,6 +4,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
+import kr5.cell
+import kr5.kinematics
 import numpy as np
 import typer
 from kr5 import calibration, cell, kinematics
@@ -13,7 +15,7 @@ from kr5.files.writing import check_writable, write_json
 
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.tables import figure_row, make_table, print_result
-from kr5_tools.cli.terminal import console, fail, track
+from kr5_tools.cli.terminal import Console, console, fail, track
 from kr5_tools.identify.axis_chain import chain_of
 from kr5_tools.identify.devices import Device, make_devices
 
@@ -101,7 +103,7 @@ def study(
     write_json(write_result(output, "kr5-axes-study/1", **keys), json_file)
 
 
-def make_devices_of(believed: Any, home_flange: np.ndarray, map_error: float, seed: int) -> dict[str, Device]:
+def make_devices_of(believed: kr5.cell.Cell, home_flange: np.ndarray, map_error: float, seed: int) -> dict[str, Device]:
     """Devices for a cell; without a camera only those that track a reflector."""
     if believed.camera is not None and (believed.camera.T_flange_camera is not None or believed.tool is not None):
         return make_devices(believed, home_flange, map_error, seed)
@@ -114,7 +116,7 @@ def _shipped_cell() -> Path:
     return found
 
 
-def _home(text: str | None, believed: Any, joints: int) -> np.ndarray:
+def _home(text: str | None, believed: kr5.cell.Cell, joints: int) -> np.ndarray:
     if text is None:
         limits = believed.robot.limits
         if len(limits.lower) != joints:
@@ -172,7 +174,14 @@ def chain_errors(found: Any, true: Any) -> Errors:
 
 
 def simulate(
-    chain: Any, home: np.ndarray, device: Device, arc: float, noise: float, samples: int, trials: int, seed: int
+    chain: kr5.kinematics.DhChain,
+    home: np.ndarray,
+    device: Device,
+    arc: float,
+    noise: float,
+    samples: int,
+    trials: int,
+    seed: int,
 ) -> dict[str, Any]:
     """Errors of several identifications with one device, arc and noise."""
     true = kinematics.chain_from_axes(kinematics.axes_of(chain, home), home, chain.flange(home))
@@ -222,7 +231,7 @@ def _axis(measured: list[Any]) -> tuple[Any, str]:
 
 def _keys(
     rows: list[dict[str, Any]],
-    believed: Any,
+    believed: kr5.cell.Cell,
     home: np.ndarray,
     samples: int | None,
     trials: int,
@@ -260,7 +269,7 @@ def _keys(
     }
 
 
-def _show(data: dict[str, Any], out: Any) -> None:
+def _show(data: dict[str, Any], out: Console) -> None:
     print_result({**data, "figures": []}, out)
     table = []
     for r in data["result"]["rows"]:

@@ -2,6 +2,8 @@
 
 from typing import Any
 
+import kr5.calibration
+import kr5.kinematics
 import numpy as np
 from kr5 import kinematics
 
@@ -12,7 +14,7 @@ OTHER_SCALE = 0.02  # relative difference of all lengths from the nominal ones t
 NEAR_PARALLEL = 0.1  # sine of the angle between axes, as for kr5.kinematics.chain_from_axes
 
 
-def near_parallel(joint: Any) -> bool:
+def near_parallel(joint: kr5.kinematics.DhJoint) -> bool:
     """Whether the axes before and behind a link are near-parallel, as chain_from_axes takes it."""
     across = np.hypot(np.sin(joint.beta), np.sin(joint.alpha) * np.cos(joint.beta))
     return bool(across < NEAR_PARALLEL)
@@ -38,7 +40,7 @@ def uneven_doubts(turns: list[list[Any]], labels: list[list[str]], results: list
     return out
 
 
-def _greatest_step(turn: list[Any], result: Any) -> int:
+def _greatest_step(turn: list[Any], result: kr5.calibration.JointAxisResult) -> int:
     """Sample before which the places leave the course of those before most."""
     inverse = np.linalg.inv(result.T_world_axis)
     local = np.array([(inverse @ np.append(_place(s), 1))[:3] for s in turn])
@@ -65,7 +67,7 @@ def shifted_doubts(labels: list[list[str]], results: list[Any]) -> list[str]:
     return []
 
 
-def nominal_doubts(chain: Any, nominal: Any, home: np.ndarray) -> list[str]:
+def nominal_doubts(chain: kr5.kinematics.DhChain, nominal: kr5.kinematics.DhChain, home: np.ndarray) -> list[str]:
     """A mirrored or scaled measurement, by the nominal arm."""
     if len(nominal.joints) != len(chain.joints):
         return [f"{len(chain.joints)} axes were found, the cell's arm has {len(nominal.joints)} joints"]
@@ -118,7 +120,7 @@ def home_point_doubts(
     return out
 
 
-def _place_at_home(turn: list[Any], result: Any, home: float) -> tuple[np.ndarray, float]:
+def _place_at_home(turn: list[Any], result: kr5.calibration.JointAxisResult, home: float) -> tuple[np.ndarray, float]:
     """Where the first point, or the tool, is on the circle of a joint when the joint is at home, and about how well
     that is known [m]."""
     inverse = np.linalg.inv(result.T_world_axis)
@@ -141,11 +143,11 @@ def _place_at_home(turn: list[Any], result: Any, home: float) -> tuple[np.ndarra
     )
 
 
-def _place(sample: Any) -> np.ndarray:
+def _place(sample: kr5.calibration.JointSample) -> np.ndarray:
     return np.asarray(sample.T_world_tool)[:3, 3] if sample.T_world_tool is not None else sample.points[:, 0]
 
 
-def length_doubts(chain: Any) -> list[str]:
+def length_doubts(chain: kr5.kinematics.DhChain) -> list[str]:
     """A unit of lengths that no arm has."""
     size = sum(abs(j.a) + abs(j.b) for j in chain.joints)
     if size > LONGEST:

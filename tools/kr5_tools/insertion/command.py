@@ -10,6 +10,7 @@ from kr5.files import results, writing
 from kr5_tools.cli import arguments, tables, terminal
 from kr5_tools.cli.insertion_options import Cell
 from kr5_tools.cli.options import options_from
+from kr5_tools.cli.terminal import Console
 from kr5_tools.insertion import directions, ending_tables, messages
 from kr5_tools.insertion.task import load_cell, set_task
 
@@ -95,7 +96,7 @@ def insert(
         raise typer.Exit(1)
 
 
-def print_insertion(result: Any, to: Any) -> None:
+def print_insertion(result: Any, to: Console) -> None:
     """How each peg ended, then the figures."""
     for number, peg in enumerate(result.pegs, 1):
         to.print(messages.ending_sentence(number, peg), style="bold", soft_wrap=True, markup=False)
@@ -112,7 +113,7 @@ def print_insertion(result: Any, to: Any) -> None:
 
 
 def write_outputs(
-    result: Any, setup: Any, source: Path, to: Any, output: Path | None, csv: Path | None, png: Path | None
+    result: Any, setup: Any, source: Path, to: Console, output: Path | None, csv: Path | None, png: Path | None
 ) -> None:
     """Rows, plots and page, where they are wanted."""
     if csv:

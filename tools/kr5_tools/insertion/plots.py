@@ -5,6 +5,7 @@ from typing import Any
 
 import kr5.force
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from kr5_tools.calibrate.plots import Plot
@@ -45,7 +46,7 @@ def _columns(result: Any, *names: str) -> list[np.ndarray]:
     ]
 
 
-def _shade(axes: Any, result: Any, label: bool) -> None:
+def _shade(axes: Axes, result: Any, label: bool) -> None:
     """Phases behind a plot over time, and the names of those wide enough for one."""
     spans = ending_tables.phases(result.rows)
     whole = spans[-1]["begin"] + spans[-1]["duration"] - spans[0]["begin"]

@@ -5,12 +5,13 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+from kr5.files.result_types import ResultData, VerdictData
 
 from kr5_tools.insertion import directions, ending_tables, messages
 from kr5_tools.pages.tables_page import write_tables_page
 
 
-def write_page(data: dict[str, Any], source: str, output: Path, png: Path | None) -> list[Path]:
+def write_page(data: ResultData, source: str, output: Path, png: Path | None) -> list[Path]:
     """Writes the page and, where they are wanted, the plots; returns the files of these."""
     from kr5_tools.calibrate.plots import Plot
     from kr5_tools.insertion.plots import CATALOGUE, draw_profile
@@ -23,7 +24,7 @@ def write_page(data: dict[str, Any], source: str, output: Path, png: Path | None
         with plt.rc_context(STYLE):
             plots.append(Plot(name, title, text, draw_profile(profile), wide))
     endings = [messages.ending_sentence(k, SimpleNamespace(**peg)) for k, peg in enumerate(data["pegs"], 1)]
-    verdict = {
+    verdict: VerdictData = {
         "word": "good" if data["inserted"] else "unusable",
         "label": "Inserted" if data["inserted"] else "Not inserted",
         "text": " ".join(endings),
@@ -42,7 +43,7 @@ def write_page(data: dict[str, Any], source: str, output: Path, png: Path | None
         tables.insert(1, _table(title, directions.COLUMNS, rows, [directions.TEXT]))
     text = "The result holds no motion; `kr5 insert -o PAGE.html` writes the page with the motion."
     parts = [{"title": "", "texts": [text], "plots": plots, "tables": tables}]
-    page = {**data, "verdict": verdict}
+    page: ResultData = {**data, "verdict": verdict}
     return write_tables_page(page, "Insertion", "kr5 insert", source, parts, output, png)
 
 

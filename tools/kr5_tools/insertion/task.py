@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import kr5
+import kr5.cell
 from kr5.files.paths import SHIPPED_CELL, find_shipped_cell
 
 
@@ -44,7 +45,9 @@ def offset_in_disc(radius: float, seed: int) -> list[float]:
     return [float(r * np.cos(angle)), float(r * np.sin(angle))]
 
 
-def set_task(setup: Any, clearance: float, tilt: float, offset: tuple[float, float] | None, cell: Any) -> None:
+def set_task(
+    setup: Any, clearance: float, tilt: float, offset: tuple[float, float] | None, cell: kr5.cell.Cell
+) -> None:
     """Sets a clearance [mm], a tilt [deg] and an offset [mm], which without one is drawn from the seed of the setup."""
     if not 0 < clearance < math.inf:
         raise kr5.InvalidArgument(f"clearance: found {clearance:g}, expected more than 0 mm")

@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from kr5.files import writing
+from kr5.files.result_types import FigureData, ResultData, VerdictData
 
 from kr5_tools.cli import terminal
 from kr5_tools.cli.numbers import format_number
@@ -13,7 +14,7 @@ ICONS = {"good": "✓", "doubtful": "!", "unusable": "✗"}
 
 
 def write_tables_page(
-    data: dict[str, Any],
+    data: ResultData,
     title: str,
     brand: str,
     source: str,
@@ -38,7 +39,7 @@ def write_tables_page(
                 version=data.get("version"),
                 command=data.get("command"),
                 verdict=data.get("verdict"),
-                icon=_icon(data.get("verdict", {})),
+                icon=_icon(data["verdict"]) if "verdict" in data else "",
                 parts=shown,
             )
             writing.write_text(page, output)
@@ -48,12 +49,12 @@ def write_tables_page(
             plt.close(plot.figure)
 
 
-def _icon(verdict: dict[str, Any]) -> str:
+def _icon(verdict: VerdictData) -> str:
     """Of the verdict's own, else of its word."""
     return str(verdict.get("icon") or ICONS.get(verdict.get("word", ""), ""))
 
 
-def figures_table(figures: list[dict[str, Any]]) -> dict[str, Any]:
+def figures_table(figures: list[FigureData]) -> dict[str, Any]:
     """The figures of a result, with as many digits as their uncertainty allows."""
     rows = [[f["name"], format_number(f["value"], f.get("std")), f["unit"]] for f in figures]
     return {"title": "Figures", "columns": ["quantity", "value", "unit"], "rows": rows, "texts": []}

@@ -1,11 +1,12 @@
 """`kr5 bin empty`: a simulated bin emptied pick by pick, with every decision."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, cast
 
 import numpy as np
 import typer
 from kr5 import picking, sim
+from kr5.files.result_types import ResultData
 from kr5.files.results import write_result
 from kr5.files.writing import check_page, check_writable, publish, write_json, write_text
 
@@ -83,7 +84,7 @@ def empty(
         from kr5_tools.picking.run_page import run_page
 
         with spinner("Drawing"):
-            write_text(run_page(data, runs[0], bin_shape(bin_file)), output)
+            write_text(run_page(cast(ResultData, data), runs[0], bin_shape(bin_file)), output)
     write_json(data, json_file)
     if view:
         publish()

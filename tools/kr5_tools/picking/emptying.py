@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import kr5
+import kr5.picking
 import numpy as np
 from kr5 import picking, sim
 
@@ -204,7 +205,7 @@ class BinRun:
     def _image_noise(self) -> Any:
         return picking.learn_image_noise([self._image() for _ in range(REPEATS)])
 
-    def _pick(self, g: Any, cycle: int) -> bool:
+    def _pick(self, g: kr5.picking.Grasp, cycle: int) -> bool:
         """Moves the gripper to where the controller believes the cylinder, and sees what it meets there."""
         T = np.asarray(g.T_base_gripper)
         outwards = -T[:3, 2]
@@ -292,5 +293,5 @@ def _camera_on(shape: Any, options: EmptyingOptions) -> Any:
     )
 
 
-def _ready(g: Any) -> bool:
+def _ready(g: kr5.picking.Grasp) -> bool:
     return bool(g.finding == picking.GraspFinding.Graspable)

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import kr5
+import kr5.picking
 import numpy as np
 from kr5 import picking
 from kr5.files.camera import load_camera
@@ -112,6 +113,6 @@ def require_seen(said: list[Refined]) -> None:
         )
 
 
-def place_uncertainty(pellet: Any) -> float:
+def place_uncertainty(pellet: kr5.picking.Pellet) -> float:
     """Standard deviation of the centre in its worst direction [m]."""
     return float(np.sqrt(np.linalg.eigvalsh(np.asarray(pellet.covariance)[:3, :3]).max()))

@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import kr5
+import kr5.picking
 import numpy as np
 import typer
 from kr5 import picking
@@ -13,7 +14,7 @@ from kr5.files.writing import beside, check_writable, write_json
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, make_table, print_result
-from kr5_tools.cli.terminal import console, fail, print_note, spinner
+from kr5_tools.cli.terminal import Console, console, fail, print_note, spinner
 from kr5_tools.picking.bin_file import EXAMPLE, read_bin
 from kr5_tools.picking.clouds import ENDINGS, CloudFile, read_cloud
 from kr5_tools.picking.heights import height_range
@@ -173,7 +174,7 @@ def cloud_in_base(file: CloudFile, T_base_cloud: np.ndarray | None) -> Any:
     return out
 
 
-def result_keys(found: Any, plan: list[Any], said: list[Refined] | None = None) -> dict[str, Any]:
+def result_keys(found: kr5.picking.PelletResult, plan: list[Any], said: list[Refined] | None = None) -> dict[str, Any]:
     """Keys of a result: the cylinders in the order to pick them, what was made of the cloud, and what an image said of
     each cylinder."""
     pellets = [pellet_keys(found.pellets[g.pellet], g) for g in plan]
@@ -213,7 +214,7 @@ def result_keys(found: Any, plan: list[Any], said: list[Refined] | None = None) 
     }
 
 
-def pellet_keys(pellet: Any, g: Any) -> dict[str, Any]:
+def pellet_keys(pellet: kr5.picking.Pellet, g: kr5.picking.Grasp) -> dict[str, Any]:
     """One cylinder of the result. The covariance is that of the centre [m] and of a small rotation [rad], in the axes
     of the base."""
     frame, small = np.asarray(pellet.frame), np.asarray(pellet.covariance)
@@ -250,7 +251,7 @@ def _pose(option: str, text: str | None) -> np.ndarray | None:
     return np.asarray(kr5.from_xyzrpy(np.array(values)))
 
 
-def _show(keys: dict[str, Any], to: Any) -> None:
+def _show(keys: dict[str, Any], to: Console) -> None:
     print_result(keys, to)
     rows = [
         [i + 1, *(1e3 * float(v) for v in p["centre"]), 100 * p["exposed"], "pick" if p["graspable"] else p["reason"]]

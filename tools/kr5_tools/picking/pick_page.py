@@ -4,12 +4,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from kr5.files.result_types import ResultData
 
 from kr5_tools.cli.numbers import format_number
 from kr5_tools.pages.tables_page import figures_table, write_tables_page
 
 
-def write_page(data: dict[str, Any], source: str, output: Path, png: Path | None) -> list[Path]:
+def write_page(data: ResultData, source: str, output: Path, png: Path | None) -> list[Path]:
     """Writes the page and, where they are wanted, the plots; returns the files of these."""
     from kr5_tools.calibrate.plots import Plot
     from kr5_tools.pages.plot_style import STYLE, plt

@@ -3,7 +3,9 @@
 from pathlib import Path
 from typing import Any
 
+import kr5.picking
 import numpy as np
+from matplotlib.axes import Axes
 
 from kr5_tools.pages.plot_style import BLUE, GREEN, GREY, RED, STYLE, plt
 
@@ -18,7 +20,7 @@ LABELS = {
 CELL = 0.5e-3  # [m] of the height map
 
 
-def write_picture(file: Path, points: np.ndarray, bin_: Any, pellets: list[dict[str, Any]]) -> None:
+def write_picture(file: Path, points: np.ndarray, bin_: kr5.picking.Bin, pellets: list[dict[str, Any]]) -> None:
     """Writes the picture. `points`: 3 x n in the base [m]; `pellets` as in a kr5-pick/1 result."""
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(7.4, 6.4))
@@ -27,7 +29,7 @@ def write_picture(file: Path, points: np.ndarray, bin_: Any, pellets: list[dict[
         plt.close(figure)
 
 
-def draw_bin(axes: Any, points: np.ndarray, bin_: Any, pellets: list[dict[str, Any]]) -> None:
+def draw_bin(axes: Axes, points: np.ndarray, bin_: kr5.picking.Bin, pellets: list[dict[str, Any]]) -> None:
     """Height map and outlines in the frame of the bin."""
     T_bin_base = np.linalg.inv(bin_.T_base_bin)
     size = np.asarray(bin_.size)
@@ -40,7 +42,7 @@ def draw_bin(axes: Any, points: np.ndarray, bin_: Any, pellets: list[dict[str, A
 
 
 def draw_pellets(
-    axes: Any, T_bin_base: np.ndarray, pellets: list[dict[str, Any]], number_colour: str | None = None
+    axes: Axes, T_bin_base: np.ndarray, pellets: list[dict[str, Any]], number_colour: str | None = None
 ) -> None:
     """Outlines of the cylinders from above, coloured by what was decided, with a legend. The numbers have the colour of
     texts where no other is given."""
@@ -48,8 +50,8 @@ def draw_pellets(
         _draw_pellet(axes, T_bin_base, pellet)
         if pellet["graspable"]:
             x, y, _ = 1e3 * (T_bin_base[:3, :3] @ np.asarray(pellet["centre"]) + T_bin_base[:3, 3])
-            place = {"ha": "center", "va": "center", "fontsize": 7.5, "weight": "bold"}
-            axes.text(x, y, str(number), color=number_colour or plt.rcParams["text.color"], **place)
+            colour = number_colour or plt.rcParams["text.color"]
+            axes.text(x, y, str(number), color=colour, ha="center", va="center", fontsize=7.5, weight="bold")
     finding = [p["finding"] for p in pellets]
     for key, label in LABELS.items():
         count = sum(f == key or (key == "other" and f not in COLOURS) for f in finding)
@@ -57,20 +59,21 @@ def draw_pellets(
     axes.figure.legend(loc="outside lower center", ncols=2, fontsize=8.5)
 
 
-def _draw_heights(axes: Any, local: np.ndarray, size: np.ndarray) -> None:
+def _draw_heights(axes: Axes, local: np.ndarray, size: np.ndarray) -> None:
     cell = max(CELL, float(size[:2].max()) / 600)
     shape = np.ceil(size[:2] / cell).astype(int)
     heights = np.full(shape, np.nan)
     at = np.minimum(((local[:2].T + size[:2] / 2) / cell).astype(int), shape - 1)
     order = np.argsort(local[2])  # the highest of a cell is written last
     heights[at[order, 0], at[order, 1]] = 1e3 * local[2, order]
-    extent = 1e3 * np.array([-size[0], size[0], -size[1], size[1]]) / 2
+    wide, deep = 1e3 * size[0] / 2, 1e3 * size[1] / 2
+    extent = (-wide, wide, -deep, deep)
     image = axes.imshow(heights.T, origin="lower", extent=extent, cmap="Greys_r", interpolation="nearest")
     axes.grid(False)
     axes.figure.colorbar(image, ax=axes, label="height above the floor [mm]", shrink=0.8)
 
 
-def _draw_pellet(axes: Any, T_bin_base: np.ndarray, pellet: dict[str, Any]) -> None:
+def _draw_pellet(axes: Axes, T_bin_base: np.ndarray, pellet: dict[str, Any]) -> None:
     centre = T_bin_base[:3, :3] @ np.asarray(pellet["centre"]) + T_bin_base[:3, 3]
     axis = T_bin_base[:3, :3] @ np.asarray(pellet["axis"])
     colour = COLOURS.get(pellet["finding"], GREY)

@@ -4,12 +4,13 @@ from dataclasses import asdict
 from typing import Any
 
 import numpy as np
+from kr5.files.result_types import ResultData
 
 from kr5_tools.pages.rendering import embed_plot, render_page, script_json
 from kr5_tools.picking.run_statistics import bins_table, comparison_table, run_plots
 
 
-def run_page(data: dict[str, Any], run: Any, shape: Any) -> str:
+def run_page(data: ResultData, run: Any, shape: Any) -> str:
     """The HTML. Coordinates are those of the bin, in mm."""
     from kr5_tools.pages.plot_style import plt
 

@@ -4,12 +4,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from kr5.files.result_types import ResultData
+from matplotlib.axes import Axes
 
 # Time for an object [ms] and picks that succeeded [%], as printed in Table 2.3 (Hayat et al. 2022).
 BOOK = (("Domae", 270, 92), ("Buchholz", 4000, 99), ("Matthias", 2000, 90), ("Liu", 900, 94), ("Hayat et al.", 300, 93))
 
 
-def run_plots(data: dict[str, Any]) -> list[Any]:
+def run_plots(data: ResultData) -> list[Any]:
     """Plots of a result kr5-bin-run/1. Close the figures after use."""
     from kr5_tools.calibrate.plots import Plot
     from kr5_tools.pages.plot_style import STYLE, WIDE, WIDTH, plt
@@ -38,7 +40,7 @@ def run_plots(data: dict[str, Any]) -> list[Any]:
     return out
 
 
-def _draw_trials(axes: Any, trials: list[dict[str, Any]]) -> None:
+def _draw_trials(axes: Axes, trials: list[dict[str, Any]]) -> None:
     import kr5.uncertainty
 
     from kr5_tools.pages.plot_style import BLUE, RED
@@ -53,7 +55,7 @@ def _draw_trials(axes: Any, trials: list[dict[str, Any]]) -> None:
     axes.set(xlabel="trial", ylabel="succeeded [%]", ylim=(min(80.0, 100 * bounds[-1].low - 2), 101))
 
 
-def _draw_times(axes: Any, values: np.ndarray, label: str) -> None:
+def _draw_times(axes: Axes, values: np.ndarray, label: str) -> None:
     from kr5_tools.pages.plot_style import BLUE, GREY
 
     axes.hist(values, bins=min(20, max(5, len(values) // 2)), color=BLUE)
@@ -61,7 +63,7 @@ def _draw_times(axes: Any, values: np.ndarray, label: str) -> None:
     axes.set(xlabel=label, ylabel="scans", title=f"mean {values.mean():.0f}, SD {values.std():.0f}")
 
 
-def comparison_table(data: dict[str, Any]) -> dict[str, Any]:
+def comparison_table(data: ResultData) -> dict[str, Any]:
     """Table 2.3 with this run."""
     attempts = sum(b["attempts"] for b in data["bins"])
     picked = sum(b["picked"] for b in data["bins"])
@@ -78,7 +80,7 @@ def comparison_table(data: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def bins_table(data: dict[str, Any]) -> dict[str, Any]:
+def bins_table(data: ResultData) -> dict[str, Any]:
     """A row a bin."""
     rows = [
         [b["seed"], b["pellets"], b["attempts"], b["picked"], b["scans"], b["shakes"], b["left"], b["wall_touches"]]
@@ -88,7 +90,7 @@ def bins_table(data: dict[str, Any]) -> dict[str, Any]:
     return {"title": "Each bin", "columns": columns, "rows": [[str(v) for v in row] for row in rows], "texts": []}
 
 
-def write_page(data: dict[str, Any], source: str, output: Path, png: Path | None) -> list[Path]:
+def write_page(data: ResultData, source: str, output: Path, png: Path | None) -> list[Path]:
     """The page of a result file; returns the files of its plots."""
     from kr5_tools.pages.tables_page import figures_table, write_tables_page
 

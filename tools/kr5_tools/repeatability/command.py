@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Annotated, Any
 
+import kr5.calibration
 import numpy as np
 import typer
 from kr5 import calibration
@@ -15,7 +16,7 @@ from kr5_tools.cli.numbers import format_count, format_range
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.table_options import ColumnsOption, Convention, PoseAngle, PoseLength, tell_notes
 from kr5_tools.cli.tables import figure_row, make_table, print_result
-from kr5_tools.cli.terminal import console, fail, spinner
+from kr5_tools.cli.terminal import Console, console, fail, spinner
 from kr5_tools.repeatability.returns import read_commanded, read_returns, see_returns
 
 app = typer.Typer()
@@ -94,16 +95,16 @@ def repeatability(
     write_json(data, json_file)
 
 
-def _bounded(name: str, figure: Any, scale: float, unit: str) -> dict[str, Any]:
+def _bounded(name: str, figure: calibration.BoundedFigure, scale: float, unit: str) -> dict[str, Any]:
     row = figure_row(f"{name} (bounds {_interval(figure, scale)})", scale * figure.value, None, unit)
     return row | {"low": scale * figure.low, "high": scale * figure.high}
 
 
-def _interval(figure: Any, scale: float) -> str:
+def _interval(figure: calibration.BoundedFigure, scale: float) -> str:
     return format_range(scale * figure.low, scale * figure.high)
 
 
-def _figures(result: Any) -> list[dict[str, Any]]:
+def _figures(result: kr5.calibration.RepeatabilityResult) -> list[dict[str, Any]]:
     many = len(result.points) > 1
     rows = []
     for p in [*([result.overall] if many else []), *result.points]:
@@ -122,7 +123,7 @@ def _turns(p: Any) -> list[float]:
     return [DEG * float(v) for v in p.offset[3:]]
 
 
-def _causes(result: Any, measured: list[Any]) -> list[dict[str, str]]:
+def _causes(result: kr5.calibration.RepeatabilityResult, measured: list[Any]) -> list[dict[str, str]]:
     mixed = [s for s in result.outliers if s.belongs_to]
     alone = [s for s in result.outliers if not s.belongs_to]
     few = next((p for p in result.points if p.returns < STANDARD), None)
@@ -190,7 +191,7 @@ def _wrong_unit(repeatability: float) -> dict[str, str]:
     }
 
 
-def _keys(result: Any, measured: list[Any], options: Any) -> dict[str, Any]:
+def _keys(result: kr5.calibration.RepeatabilityResult, measured: list[Any], options: Any) -> dict[str, Any]:
     means = {p.point: np.asarray(p.T_mean) for p in result.points}
     suspect = {s.index for s in result.outliers}
     shown = []
@@ -216,7 +217,7 @@ def _keys(result: Any, measured: list[Any], options: Any) -> dict[str, Any]:
     }
 
 
-def _verdict(result: Any, causes: list[dict[str, str]], options: Any) -> dict[str, str]:
+def _verdict(result: kr5.calibration.RepeatabilityResult, causes: list[dict[str, str]], options: Any) -> dict[str, str]:
     share = f"{100 * options.confidence:g} %"
     everything = result.overall if len(result.points) > 1 else result.points[0]
     worst = max(result.points, key=lambda p: p.RP.value)
@@ -224,17 +225,17 @@ def _verdict(result: Any, causes: list[dict[str, str]], options: Any) -> dict[st
     if len(result.points) > 1:
         text += f", at worst {1e3 * worst.RP.value:.3g} mm at {worst.point}"
     text += f"; RR {DEG * everything.RR.value:.3g} deg ({share}: {_interval(everything.RR, DEG)} deg)"
-    accurate = [p for p in result.points if p.AP is not None]
+    accurate = [(p.AP.value, p.point) for p in result.points if p.AP is not None]
     if accurate:
-        far = max(accurate, key=lambda p: p.AP.value)
-        text += f"; AP at worst {1e3 * far.AP.value:.3g} mm at {far.point}"
+        far, point = max(accurate, key=lambda pair: pair[0])
+        text += f"; AP at worst {1e3 * far:.3g} mm at {point}"
     if options.leave_out_outliers and result.outliers:
         text += f"; without {len(result.outliers)} outliers"
     serious = [c for c in causes if c["cause"] != "few_returns"]
     return {"word": "doubtful" if serious else "good", "text": text + "."}
 
 
-def _show(result: Any, data: dict[str, Any], out: Any) -> None:
+def _show(result: kr5.calibration.RepeatabilityResult, data: dict[str, Any], out: Console) -> None:
     print_result({**data, "figures": []}, out)
     positions, angles = [], []
     for p in [*result.points, *([result.overall] if len(result.points) > 1 else [])]:

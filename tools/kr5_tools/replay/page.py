@@ -4,13 +4,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import kr5.cell
 from kr5.files import writing
 
 from kr5_tools.cli.numbers import format_count
 from kr5_tools.replay.runs import Run, page_runs
 
 
-def cell_scene(cell: Any) -> dict[str, Any]:
+def cell_scene(cell: kr5.cell.Cell) -> dict[str, Any]:
     """What a page draws of a cell: the arm's rows, what it carries, what stands beside it."""
     from kr5_tools.cell.frames import target_frames
 
@@ -41,7 +42,7 @@ def cell_scene(cell: Any) -> dict[str, Any]:
 
 
 def make_page(
-    cell: Any,
+    cell: kr5.cell.Cell,
     runs: list[Run],
     source: Path,
     made_by: str = "kr5 replay",
@@ -82,7 +83,7 @@ def option_text(run: Run) -> str:
     return f"{run.name}, gap up to {max(gaps):.1f}" if gaps else run.name
 
 
-def _drawn(cell: Any, solid: Any, run: Run) -> dict[str, Any]:
+def _drawn(cell: kr5.cell.Cell, solid: Any, run: Run) -> dict[str, Any]:
     """A solid as the page draws it; of a bench without end, the part below the tool."""
     out: dict[str, Any] = writing.to_plain({**solid.to_dict(), "T": solid.T_base_object})
     if solid.width > 1.0 and run.q is not None:

@@ -5,9 +5,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import kr5
+import kr5.cell
 import numpy as np
 
 from kr5_tools.cli import terminal
+from kr5_tools.cli.terminal import Console
 from kr5_tools.replay.peg_rotation import peg_rotations
 from kr5_tools.replay.runs import Run
 
@@ -30,7 +32,7 @@ class SignalPath(NamedTuple):
     values: np.ndarray
 
 
-def write_rerun(file: Path | None, cell: Any, runs: list[Run], to: Any) -> None:
+def write_rerun(file: Path | None, cell: kr5.cell.Cell, runs: list[Run], to: Console) -> None:
     """The recording for the Rerun viewer, when a file is asked for."""
     if file is None:
         return
@@ -40,7 +42,7 @@ def write_rerun(file: Path | None, cell: Any, runs: list[Run], to: Any) -> None:
     to.print(f"{file}: open it with `rerun {file}`.", soft_wrap=True, markup=False)
 
 
-def pose_paths(cell: Any, runs: list[Run]) -> Iterator[PosePath]:
+def pose_paths(cell: kr5.cell.Cell, runs: list[Run]) -> Iterator[PosePath]:
     """The frames that stand still, and of each run those that move with the arm, or the peg."""
     from kr5_tools.cell.frames import cell_frames, fixed_frames
 
@@ -61,7 +63,7 @@ def pose_paths(cell: Any, runs: list[Run]) -> Iterator[PosePath]:
             yield PosePath(join_path(run.name, name), run.t, np.array(poses))
 
 
-def peg_poses(cell: Any, run: Run) -> np.ndarray:
+def peg_poses(cell: kr5.cell.Cell, run: Run) -> np.ndarray:
     """Poses of the peg: of a run at the tube in the base, of others in the frame of the bench."""
     assert run.peg is not None
     x, y, z, tilt, azimuth = run.peg.T
@@ -84,7 +86,7 @@ def join_path(*parts: str) -> str:
     return "/".join(part.replace("/", "_").replace(" ", "_") for part in parts)
 
 
-def write_log(cell: Any, runs: list[Run], file: Path, sdk: Any) -> None:
+def write_log(cell: kr5.cell.Cell, runs: list[Run], file: Path, sdk: Any) -> None:
     """Saves poses and signals; `sdk` is the module rerun."""
     recording = sdk.RecordingStream("kr5")
     recording.save(str(file))

@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
+import kr5.cell
 import numpy as np
 
 from kr5_tools.cli import terminal
@@ -60,7 +61,7 @@ def page_runs(runs: list[Run]) -> list[dict[str, Any]]:
 
 
 def experiment_runs(
-    cell: Any, experiments: list[Any], simulator: Any | None, most: int
+    cell: kr5.cell.Cell, experiments: list[kr5.cell.Experiment], simulator: Any | None, most: int
 ) -> tuple[list[Run], list[Skipped]]:
     """Of each experiment: its runs, with postures thinned out to `most`, and what cannot be shown."""
     runs: list[Run] = []
@@ -84,7 +85,9 @@ def experiment_runs(
     return runs, skipped
 
 
-def simulated_columns(cell: Any, experiment: Any, simulator: Any | None) -> tuple[Any | None, str]:
+def simulated_columns(
+    cell: kr5.cell.Cell, experiment: kr5.cell.Experiment, simulator: Any | None
+) -> tuple[Any | None, str]:
     """What the simulator predicts of an experiment; or nothing, and why."""
     import kr5
 
@@ -96,7 +99,7 @@ def simulated_columns(cell: Any, experiment: Any, simulator: Any | None) -> tupl
         return None, f"not simulated: {error}"
 
 
-def _motion(cell: Any, experiment: Any, predicted: Any | None) -> Run | str:
+def _motion(cell: kr5.cell.Cell, experiment: kr5.cell.Experiment, predicted: Any | None) -> Run | str:
     """A motion, drawn at its measured positions; where there are none, at those simulated or commanded."""
     n, data = cell.robot.joints, experiment.data
     sources = [(data, "q"), (predicted, "q"), (data, "qc")]
@@ -118,7 +121,7 @@ def _motion(cell: Any, experiment: Any, predicted: Any | None) -> Run | str:
     return Run("", t, q=q[rows], signals=experiment_signals(cell, experiment, t, rows, predicted))
 
 
-def _postures(cell: Any, experiment: Any, predicted: Any | None, most: int) -> Run | str:
+def _postures(cell: kr5.cell.Cell, experiment: kr5.cell.Experiment, predicted: Any | None, most: int) -> Run | str:
     """Static postures, each shown for a moment; the rows of one are spread about it."""
     n, data = cell.robot.joints, experiment.data
     if any(f"q{i + 1}" not in data for i in range(n)):
@@ -137,7 +140,7 @@ def _postures(cell: Any, experiment: Any, predicted: Any | None, most: int) -> R
     return Run("", hold * np.arange(len(starts)), q=q[starts], hold=hold, signals=signals)
 
 
-def _peg_runs(cell: Any, experiment: Any, predicted: Any | None) -> list[Run | str]:
+def _peg_runs(cell: kr5.cell.Cell, experiment: kr5.cell.Experiment, predicted: Any | None) -> list[Run | str]:
     """Experiments without joint columns: the peg, or the tool, at its height, one run after the other."""
     data, kind = experiment.data, str(experiment.kind)
     source = data if "z" in data else predicted
@@ -165,7 +168,7 @@ def _peg_runs(cell: Any, experiment: Any, predicted: Any | None) -> list[Run | s
     return out
 
 
-def _times(experiment: Any, rows: np.ndarray) -> np.ndarray | str:
+def _times(experiment: kr5.cell.Experiment, rows: np.ndarray) -> np.ndarray | str:
     """Times of the rows from the first on; or that they do not increase."""
     t = np.asarray(experiment["t"], dtype=float)[rows]
     if np.any(~(np.diff(t) > 0)):
@@ -182,7 +185,7 @@ def thinned_run(run: Run, most: int) -> Run:
     return run
 
 
-def joint_by_joint(cell: Any) -> Run:
+def joint_by_joint(cell: kr5.cell.Cell) -> Run:
     """A tour from the rest posture: each joint to both sides, within its limits."""
     from kr5_tools.cell.frames import is_slide
     from kr5_tools.cell.rest_posture import rest_posture

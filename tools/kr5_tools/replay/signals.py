@@ -4,6 +4,7 @@ import base64
 from dataclasses import dataclass
 from typing import Any
 
+import kr5.cell
 import numpy as np
 
 from kr5_tools.cell.frames import joint_unit
@@ -53,7 +54,7 @@ class Signal:
 
 
 def experiment_signals(
-    cell: Any, experiment: Any, x: np.ndarray, rows: np.ndarray, predicted: Any | None
+    cell: kr5.cell.Cell, experiment: kr5.cell.Experiment, x: np.ndarray, rows: np.ndarray, predicted: Any | None
 ) -> list[Signal]:
     """Signals of the `rows` of an experiment; `predicted`: what a simulator returned for all of them, if it did.
 
@@ -102,7 +103,7 @@ def _finite(values: np.ndarray | None) -> np.ndarray | None:
     return values if values is not None and np.any(np.isfinite(values)) else None
 
 
-def _turns(cell: Any, data: Any, predicted: Any | None, x: np.ndarray, rows: np.ndarray) -> list[Signal]:
+def _turns(cell: kr5.cell.Cell, data: Any, predicted: Any | None, x: np.ndarray, rows: np.ndarray) -> list[Signal]:
     """The residual of an orientation, as rotation vector."""
     from scipy.spatial.transform import Rotation
 

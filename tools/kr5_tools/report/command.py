@@ -6,9 +6,10 @@ import importlib
 import io
 import math
 from pathlib import Path
-from typing import Annotated, Any, NoReturn
+from typing import Annotated, Any, NoReturn, cast
 
 import typer
+from kr5.files.result_types import FigureData, FrameData, ResultData, ViewData, ViewNumber
 
 from kr5_tools.cli import arguments, terminal
 from kr5_tools.cli.numbers import format_number
@@ -19,7 +20,7 @@ app = typer.Typer()
 MOST_THUMBNAILS = 60
 SMALL, DRAWN = 220, 640  # longest side of a thumbnail [px]: of an image, and of a drawing, whose words are to be read
 # Columns of the table of views: key, heading, factor, what rounds it.
-VIEW_COLUMNS = (
+VIEW_COLUMNS: tuple[tuple[ViewNumber, str, float, str], ...] = (
     ("points", "points", 1.0, "{:.0f}"),
     ("rms_px", "RMS [px]", 1.0, "{:.3f}"),
     ("weight", "weight [-]", 1.0, "{:.2f}"),
@@ -93,7 +94,7 @@ def write_page_of(result: Path, output: Path, png: Path | None, recording: Path 
     if data["format"] == "kr5-sweep/1":
         from kr5_tools.sweep.page import write_page
 
-        return write_page(data, result, output, png)
+        return write_page(cast(ResultData, data), result, output, png)
     if module := PAGES.get(data["format"]):
         try:
             written: list[Path] = importlib.import_module(f"kr5_tools.{module}").write_page(
@@ -102,7 +103,7 @@ def write_page_of(result: Path, output: Path, png: Path | None, recording: Path 
             return written
         except MALFORMED as error:
             fail_malformed(result, error)
-    return write_report(data, result, output, png)
+    return write_report(cast(ResultData, data), result, output, png)
 
 
 def write_protocol_page(source: Path, output: Path, png: Path | None) -> list[Path]:
@@ -127,7 +128,7 @@ def fail_malformed(source: Path, error: Exception) -> NoReturn:
     )
 
 
-def write_report(data: dict[str, Any], source: Path, output: Path, png: Path | None = None) -> list[Path]:
+def write_report(data: ResultData, source: Path, output: Path, png: Path | None = None) -> list[Path]:
     """Writes the page and, if asked, the plots; returns the files of the plots."""
     import matplotlib.pyplot as plt
     from kr5.files import writing
@@ -149,7 +150,7 @@ def write_report(data: dict[str, Any], source: Path, output: Path, png: Path | N
             plt.close(plot.figure)
 
 
-def make_page(data: dict[str, Any], source: Path, drawn: list[Any]) -> str:
+def make_page(data: ResultData, source: Path, drawn: list[Any]) -> str:
     """The HTML of the page."""
     from kr5.files import results
 
@@ -179,7 +180,7 @@ def make_page(data: dict[str, Any], source: Path, drawn: list[Any]) -> str:
         models=model_table(data),
         scene=script_json(frame_scene(data)),
         exports=page_items(data),
-        icon=ICONS.get(data.get("verdict", {}).get("word"), ""),
+        icon=ICONS.get(data["verdict"]["word"], "") if data.get("verdict") else "",
         fit=data.get("result", {}).get("fit"),
     )
 
@@ -208,7 +209,7 @@ def flatten(values: dict[str, Any], prefix: str = "") -> list[tuple[str, str]]:
 POSE = {"x": "mm", "y": "mm", "z": "mm", "roll": "deg", "pitch": "deg", "yaw": "deg"}
 
 
-def split_figures(figures: list[dict[str, Any]]) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+def split_figures(figures: list[FigureData]) -> tuple[list[FigureData], list[dict[str, Any]]]:
     """Figures one a row, and poses one a row where there are so many that six rows for each would hide the rest."""
     poses, rest, i = [], [], 0
     while i < len(figures):
@@ -233,7 +234,7 @@ def split_figures(figures: list[dict[str, Any]]) -> tuple[list[dict[str, Any]], 
     return (rest, poses) if len(poses) > 2 else (figures, [])
 
 
-def view_table(data: dict[str, Any], source: Path) -> tuple[list[dict[str, Any]], list[str]]:
+def view_table(data: ResultData, source: Path) -> tuple[list[dict[str, Any]], list[str]]:
     """Rows of the table of views with thumbnails, and the headings of its columns."""
     views = data.get("views", [])
     used = [c for c in VIEW_COLUMNS if any(isinstance(v.get(c[0]), (int, float)) for v in views)]
@@ -242,7 +243,7 @@ def view_table(data: dict[str, Any], source: Path) -> tuple[list[dict[str, Any]]
     rows = []
     for view in views:
         cells = [
-            f.format(factor * view[key]) if isinstance(view.get(key), (int, float)) else "–"
+            f.format(factor * value) if isinstance(value := view.get(key), (int, float)) else "–"
             for key, _, factor, f in used
         ]
         rows.append(
@@ -257,25 +258,24 @@ def view_table(data: dict[str, Any], source: Path) -> tuple[list[dict[str, Any]]
     return rows, [heading for _, heading, _, _ in used]
 
 
-def seen_points(data: dict[str, Any]) -> dict[Any, list[tuple[float, float]]]:
+def seen_points(data: ResultData) -> dict[Any, list[tuple[float, float]]]:
     """The points that were seen in each view [px]."""
     out: dict[Any, list[tuple[float, float]]] = {}
-    for name, u, v in [
-        *((r.get("view"), r["u"], r["v"]) for r in data.get("residuals", ())),
-        *((f["view"], *f["pixels"]) for f in data.get("found", ())),
-    ]:
-        out.setdefault(name, []).extend(zip(u, v))
+    for residual in data.get("residuals", ()):
+        out.setdefault(residual.get("view"), []).extend(zip(residual["u"], residual["v"]))
+    for finding in data.get("found", ()):
+        u, v = finding["pixels"]
+        out.setdefault(finding["view"], []).extend(zip(u, v))
     return out
 
 
-def make_thumbnail(view: dict[str, Any], source: Path, points: list[tuple[float, float]]) -> dict[str, Any] | None:
+def make_thumbnail(view: ViewData, source: Path, points: list[tuple[float, float]]) -> dict[str, Any] | None:
     """A small picture of the view, if its drawing or its image can still be found; an image has the points on it that
     were seen."""
     from PIL import Image
 
-    places = [
-        (key, folder / view[key]) for key in ("drawing", "image") if view.get(key) for folder in (Path(), source.parent)
-    ]
+    named = [("drawing", view.get("drawing")), ("image", view.get("image"))]
+    places = [(key, folder / name) for key, name in named if name for folder in (Path(), source.parent)]
     kind, file = next(((key, p) for key, p in places if p.is_file()), ("", None))
     if file is None:
         return None
@@ -297,7 +297,7 @@ def make_thumbnail(view: dict[str, Any], source: Path, points: list[tuple[float,
     return None
 
 
-def model_table(data: dict[str, Any]) -> list[dict[str, Any]]:
+def model_table(data: ResultData) -> list[dict[str, Any]]:
     """Camera models compared, best first."""
     from kr5_tools.calibrate.plots import model_name
 
@@ -316,7 +316,7 @@ def model_table(data: dict[str, Any]) -> list[dict[str, Any]]:
     ]
 
 
-def frame_scene(data: dict[str, Any]) -> dict[str, Any] | None:
+def frame_scene(data: ResultData) -> dict[str, Any] | None:
     """What the 3D view draws: frames in the root, lines to their parents, and the uncertainty of their place."""
     from kr5_tools.calibrate.plots import root_poses
 
@@ -333,14 +333,16 @@ def frame_scene(data: dict[str, Any]) -> dict[str, Any] | None:
                 "name": frame["name"],
                 "T": poses[frame["name"]].round(6).tolist(),
                 "kind": kind,
-                "parent": names.index(frame["parent"]) if frame.get("parent") in poses else None,
+                "parent": names.index(parent)
+                if (parent := frame.get("parent")) is not None and parent in poses
+                else None,
                 "box": box if kind in ("board", "boards") else marker_box(frame),
             }
         )
     return {"frames": out}
 
 
-def board_box(data: dict[str, Any]) -> list[float] | None:
+def board_box(data: ResultData) -> list[float] | None:
     """Lowest x, y and highest x, y of the board named in the input, in its own frame [m]."""
     board = data.get("input", {}).get("board") or data.get("input", {}).get("target")
     if not isinstance(board, str):
@@ -352,7 +354,7 @@ def board_box(data: dict[str, Any]) -> list[float] | None:
     return None
 
 
-def marker_box(frame: dict[str, Any]) -> list[float] | None:
+def marker_box(frame: FrameData) -> list[float] | None:
     """The same for one marker, whose frame lies in its middle."""
     size = frame.get("size")
     return [-size[0] / 2, -size[1] / 2, size[0] / 2, size[1] / 2] if size else None
@@ -371,7 +373,7 @@ KINDS = {
 }
 
 
-def frame_kind(frame: dict[str, Any], format: str) -> str:
+def frame_kind(frame: FrameData, format: str) -> str:
     """What a frame stands for: said in the file, else guessed from its name."""
     if frame.get("kind"):
         return str(frame["kind"])

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import kr5
+import kr5.cell
 import numpy as np
 from kr5.files.paths import SHIPPED_CELL, find_shipped
 
@@ -76,7 +77,7 @@ def load_arm(file: Path | None, pose: str | None, workspace: bool) -> Arm:
     return Arm(cell.name or path.stem, cell_text(cell), chain, posture, limits if workspace else None)
 
 
-def joint_limits(cell: Any, path: Path, printed: bool) -> tuple[tuple[float, float], ...] | None:
+def joint_limits(cell: kr5.cell.Cell, path: Path, printed: bool) -> tuple[tuple[float, float], ...] | None:
     """Those of the cell; of the printed table, whose limits (Table 3.2) are lost, those of the KR5 that ships."""
     from kr5.cell import load_cell
 

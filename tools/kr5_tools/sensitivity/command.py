@@ -2,16 +2,18 @@
 
 import importlib.util
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, cast
 
 import numpy as np
 import typer
 from kr5 import uncertainty
 from kr5.files import results, writing
+from kr5.files.result_types import ResultData
 
 from kr5_tools.cli import arguments, terminal
 from kr5_tools.cli.interruption import tell_when_stopped
 from kr5_tools.cli.options import options_from
+from kr5_tools.cli.terminal import Console
 from kr5_tools.sensitivity import analysis as analysis_module
 from kr5_tools.sensitivity import arm as arm_module
 from kr5_tools.sensitivity import page
@@ -149,7 +151,9 @@ def sensitivity(
         result={"analyses": found},
     )
     writing.write_json(data, json_file)
-    files = page.write_page(data, (model or analyses[0].title.split(",")[0]), output / "report.html", png)
+    files = page.write_page(
+        cast(ResultData, data), (model or analyses[0].title.split(",")[0]), output / "report.html", png
+    )
     if png:
         to.print(f"{png}: {len(files)} plots.", soft_wrap=True, markup=False)
     to.print(f"{output / 'report.html'}: open it in a browser.", soft_wrap=True, markup=False)
@@ -210,7 +214,7 @@ def _check_folder(output: Path, analyses: list[Analysis]) -> None:
 
 
 def _run(
-    analysis: Analysis, folder: Path, options: Any, workers: int | None, scheduler: str | None, to: Any
+    analysis: Analysis, folder: Path, options: Any, workers: int | None, scheduler: str | None, to: Console
 ) -> dict[str, Any]:
     """The indices of one analysis, with more rows until they are certain enough."""
     own = type(options)(**{**options.to_dict(), "resolution": analysis.resolution})

@@ -4,8 +4,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from kr5.files.result_types import ResultData
 
 from kr5_tools.cli import tables
+from kr5_tools.cli.terminal import Console
 from kr5_tools.pages.tables_page import write_tables_page
 
 LEAST_SHOWN = 0.005  # an index that two digits show
@@ -29,7 +31,7 @@ def widest_interval(analysis: dict[str, Any]) -> float:
     )
 
 
-def print_analysis(analysis: dict[str, Any], to: Any) -> None:
+def print_analysis(analysis: dict[str, Any], to: Console) -> None:
     """Total indices by input, of those that have any."""
     total = np.array(analysis["total"], float)
     shown = [k for k in rows_by_weight(analysis) if total[k].max() >= LEAST_SHOWN]
@@ -59,7 +61,7 @@ def summary(analysis: dict[str, Any]) -> list[str]:
     return [*out, *analysis["notes"]]
 
 
-def write_page(data: dict[str, Any], source: str, output: Path, png: Path | None) -> list[Path]:
+def write_page(data: ResultData, source: str, output: Path, png: Path | None) -> list[Path]:
     """The page, and the plots where they are wanted."""
     from kr5_tools.sensitivity import plots
 

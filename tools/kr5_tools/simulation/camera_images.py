@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import kr5.cell
 import yaml
 from kr5.files import writing
 from kr5.files.paths import library_path
@@ -20,7 +21,7 @@ class Shot(NamedTuple):
     scene: Any
 
 
-def write_views(folder: Path, cell: Any, shots: list[Shot], options: dict[str, Any]) -> list[Path]:
+def write_views(folder: Path, cell: kr5.cell.Cell, shots: list[Shot], options: dict[str, Any]) -> list[Path]:
     """Images, and with them what a person would have: poses the controller tells (encoder noise and all), the camera
     and the target as the cell believes they are. `truth.yaml` holds how they really were.
 
@@ -63,7 +64,7 @@ def write_views(folder: Path, cell: Any, shots: list[Shot], options: dict[str, A
     return files
 
 
-def shots_of(simulator: Any, cell: Any, postures: Any, times: Any) -> list[Shot]:
+def shots_of(simulator: Any, cell: kr5.cell.Cell, postures: Any, times: Any) -> list[Shot]:
     """A picture in each posture of the arm at rest, as it really is."""
     import kr5
     import kr5.cell
@@ -104,14 +105,16 @@ def _pose_row(T: Any) -> list[float]:
     return [*np.asarray(T)[:3, 3], *Rotation.from_matrix(np.asarray(T)[:3, :3]).as_quat()]
 
 
-def _target(cell: Any) -> dict[str, Any] | None:
+def _target(cell: kr5.cell.Cell) -> dict[str, Any] | None:
     import kr5
 
     target = cell.board.target() if cell.board else next(iter(cell.targets), None)
-    return target and {name: value for name, value in target.to_dict().items() if name in kr5.Target().to_dict()}
+    if target is None:
+        return None
+    return {name: value for name, value in target.to_dict().items() if name in kr5.Target().to_dict()}
 
 
-def _truth(cell: Any, shot: Shot) -> dict[str, Any]:
+def _truth(cell: kr5.cell.Cell, shot: Shot) -> dict[str, Any]:
     import numpy as np
 
     T_base_flange, T_base_camera = np.asarray(shot.T_base_flange), np.asarray(shot.scene.T_base_camera)

@@ -2,15 +2,17 @@
 
 from typing import Any
 
+import kr5.cell
 
-def with_load(cell: Any, weight: float) -> Any:
+
+def with_load(cell: kr5.cell.Cell, weight: float) -> Any:
     """The cell with the known weight of a protocol on its tool."""
     import kr5.gap
 
     return kr5.gap.with_load(cell, weight) if weight > 0 else cell
 
 
-def simulate_experiment(cell: Any, simulator: Any, experiment: Any, seed: list[int]) -> Any:
+def simulate_experiment(cell: kr5.cell.Cell, simulator: Any, experiment: kr5.cell.Experiment, seed: list[int]) -> Any:
     """Given columns and what noisy sensors show. Rows in which a sensor sees nothing are left out."""
     import kr5.cell
     import kr5.io

@@ -52,7 +52,7 @@ Forces = Annotated[Sequence[Annotated[float, Field(ge=0, le=1e6)]], Field(min_le
 class Context:
     """What the generators need: the cell, where motions begin, and random numbers of the experiment's own."""
 
-    def __init__(self, cell: Any, home: list[float] | None, seed: list[int], where: str):
+    def __init__(self, cell: kr5.cell.Cell, home: list[float] | None, seed: list[int], where: str):
         self.cell, self.where, self.random = cell, where, np.random.default_rng(seed)
         self.joints = cell.robot.joints
         limits = cell.robot.limits
@@ -125,7 +125,7 @@ class ProtocolFile(Document):
         return experiments
 
 
-def load_protocol(file: Path, cell: Any, seed: int) -> list[Any]:
+def load_protocol(file: Path, cell: kr5.cell.Cell, seed: int) -> list[Any]:
     """Experiments of a protocol with their given columns. Ends with an error that names file and experiment."""
     protocol = read_document(file, ProtocolFile)
     return [
@@ -139,7 +139,7 @@ def load_on_tool(file: Path) -> float:
     return read_document(file, ProtocolFile).load
 
 
-def _experiment(file: Path, entry: ExperimentEntry, cell: Any, home: Any, seed: list[int], index: int) -> Any:
+def _experiment(file: Path, entry: ExperimentEntry, cell: kr5.cell.Cell, home: Any, seed: list[int], index: int) -> Any:
     at: tuple[int | str, ...] = ("experiments", index)
     if entry.given is not None:
         table = kr5.io.load_csv(file.parent / entry.given)

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from kr5.files.documents import read_document
+from kr5.files.result_types import ResultData
 
 from kr5_tools.pages.tables_page import write_tables_page
 from kr5_tools.simulation.protocol_file import KINDS, ExperimentEntry, ProtocolFile
@@ -29,7 +30,7 @@ def write_page(source: Path, output: Path, png: Path | None) -> list[Path]:
             "tables": [],
         },
     ]
-    data = {"command": f"kr5 report {source}"}
+    data: ResultData = {"command": f"kr5 report {source}"}
     return write_tables_page(data, protocol.name or "Protocol", "kr5 report", source.name, parts, output, png)
 
 

@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Annotated, Any
 
+import kr5.cell
 import typer
 from kr5.files import writing
 
@@ -76,7 +77,9 @@ def record(
     )
 
 
-def take_pictures(folder: Path, cell: Any, believed: Any, simulator: Any, views: Any, seed: int) -> None:
+def take_pictures(
+    folder: Path, cell: kr5.cell.Cell, believed: kr5.cell.Cell, simulator: Any, views: Any, seed: int
+) -> None:
     """A picture of each view, and what belongs to it."""
     import numpy as np
 

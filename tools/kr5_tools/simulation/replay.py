@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Annotated, Any
 
+import kr5.cell
 import typer
 from kr5.files import writing
 from kr5.files.documents import read_yaml
@@ -100,7 +101,7 @@ def load_runs(
     return cell, [joint_by_joint(cell)], []
 
 
-def check_same_joints(recorded: Any, cell: Any | None, cell_file: Path | None) -> None:
+def check_same_joints(recorded: Any, cell: kr5.cell.Cell | None, cell_file: Path | None) -> None:
     if cell is not None and cell.robot.joints != recorded.robot.joints:
         terminal.fail(
             f"{cell_file}: robot: found {cell.robot.joints} joints, expected the {recorded.robot.joints} of the"
@@ -117,7 +118,7 @@ def is_protocol(path: Path) -> bool:
 
 
 def planned_runs(
-    path: Path, cell: Any | None, rows: int, seed: int, full: bool
+    path: Path, cell: kr5.cell.Cell | None, rows: int, seed: int, full: bool
 ) -> tuple[Any, list[Run], list[Skipped]]:
     """The experiments of a protocol as a cell would run them."""
     from kr5_tools.simulation import protocol_file

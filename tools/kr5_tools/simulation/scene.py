@@ -2,15 +2,17 @@
 
 import os
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, cast
 
 import typer
 from kr5.files import results, writing
 from kr5.files.documents import read_yaml
+from kr5.files.result_types import ResultData
 from rich.markup import escape
 
 from kr5_tools.cli import arguments, tables, terminal
 from kr5_tools.cli.rerun_option import Rerun
+from kr5_tools.cli.terminal import Console
 from kr5_tools.replay.rerun_log import write_rerun
 from kr5_tools.simulation import camera_images
 from kr5_tools.simulation.scene_page import checks_table, scene_page, scene_result, scene_run, verdict_text
@@ -76,7 +78,7 @@ def run(
         terminal.fail(f"{file}: scanner: is missing; with --scan expected, such as scanner: {{from: 0.0}}")
     to = terminal.console(json_file)
     data = scene_result(result, _title(file))
-    print_checks(file, data, to)
+    print_checks(file, cast(ResultData, data), to)
     if csv:
         with writing.beside(csv) as new:
             kr5.io.save_csv(result.rows, new)
@@ -96,7 +98,7 @@ def run(
         to.print(f"{images}: {len(files)} pictures.", soft_wrap=True)
     motion = scene_run(result) if output or rerun or shown else None
     if output and motion:
-        writing.write_text(scene_page(result, data, motion, file), output)
+        writing.write_text(scene_page(result, cast(ResultData, data), motion, file), output)
         to.print(f"{output}: open it in a browser.", soft_wrap=True, markup=False)
     if rerun and motion:
         write_rerun(rerun, result.cell, [motion], to)
@@ -125,7 +127,7 @@ def _title(file: Path) -> str:
     return str(read_yaml(file).get("name") or file.stem)
 
 
-def print_checks(file: Path, data: dict[str, Any], to: Any) -> None:
+def print_checks(file: Path, data: ResultData, to: Console) -> None:
     """Whether the scene passes, and each expectation with its time window, for people."""
     colour, word = ("green", "Passed") if data["passed"] else ("red", "Failed")
     text = f"{verdict_text(data).removesuffix('.')} in {file}."

@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from kr5.files.result_types import ResultData
 
 from kr5_tools.cell.frames import joint_unit
 from kr5_tools.cli.numbers import NONE, format_count, table_unit
@@ -44,12 +45,12 @@ def scene_result(result: Any, name: str) -> dict[str, Any]:
     return {"name": name, "passed": result.passed, "steps": result.steps, "duration": end, "checks": checks}
 
 
-def verdict_text(data: dict[str, Any]) -> str:
+def verdict_text(data: ResultData) -> str:
     met, count = sum(check["passed"] for check in data["checks"]), len(data["checks"])
     return f"{met} of {format_count(count, 'expectation')} met."
 
 
-def scene_page(result: Any, data: dict[str, Any], run: Run, source: Path) -> str:
+def scene_page(result: Any, data: ResultData, run: Run, source: Path) -> str:
     """The HTML of a scene that has just been run; `data`: its result."""
     return make_page(
         result.cell,
@@ -67,16 +68,16 @@ def scene_page(result: Any, data: dict[str, Any], run: Run, source: Path) -> str
     )
 
 
-def write_page(data: dict[str, Any], source: str, output: Path, png: Path | None) -> list[Path]:
+def write_page(data: ResultData, source: str, output: Path, png: Path | None) -> list[Path]:
     """Writes the page of a result file, which holds no motion."""
     text = "The result holds no motion; `kr5 scene run -o PAGE.html` writes the page with the motion."
     word, label = ("good", "Passed") if data["passed"] else ("unusable", "Failed")
     parts = [{"title": "", "texts": [text], "plots": [], "tables": [checks_table(data)]}]
-    page = {**data, "verdict": {"word": word, "label": label, "text": verdict_text(data)}}
+    page: ResultData = {**data, "verdict": {"word": word, "label": label, "text": verdict_text(data)}}
     return write_tables_page(page, data["name"], "kr5 scene run", source, parts, output, png)
 
 
-def checks_table(data: dict[str, Any]) -> dict[str, Any]:
+def checks_table(data: ResultData) -> dict[str, Any]:
     rows = [check_row(check) for check in data["checks"]]
     return {"title": "Expectations", "columns": CHECK_COLUMNS, "rows": rows, "texts": [CHECK_TEXT]}
 

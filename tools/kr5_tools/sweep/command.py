@@ -3,12 +3,14 @@
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import kr5.cell
 import typer
 from kr5.files import writing
 
 from kr5_tools.cli import arguments, tables, terminal
 from kr5_tools.cli.insertion_options import Cell
 from kr5_tools.cli.interruption import tell_when_stopped
+from kr5_tools.cli.terminal import Console
 from kr5_tools.cli.value_list import parse_values
 from kr5_tools.insertion.task import load_cell
 from kr5_tools.sweep.page import table_title, write_sweep_page
@@ -122,7 +124,7 @@ def insertion(
     )
 
 
-def begin_sweep(folder: Any, keys: list[Any], to: Any) -> list[Any]:
+def begin_sweep(folder: Any, keys: list[Any], to: Console) -> list[Any]:
     """What is left to do, and a word on what is done."""
     if folder.note:
         terminal.print_note(f"{folder.note}.")
@@ -136,7 +138,7 @@ def begin_sweep(folder: Any, keys: list[Any], to: Any) -> list[Any]:
     return list(missing)
 
 
-def compare_first_trial(folder: Any, cell: Any, grid: Grid) -> None:
+def compare_first_trial(folder: Any, cell: kr5.cell.Cell, grid: Grid) -> None:
     """Runs one finished trial again: a library that has changed under the same version, or another machine, would mix
     two results."""
     first = min(folder.trials.values(), default=None)
@@ -152,7 +154,7 @@ def parse_choice(name: str, given: str) -> tuple[str, ...]:
     return BOTH[name] if given == "both" else (given,)
 
 
-def print_rates(rate_tables: list[dict[str, Any]], to: Any) -> None:
+def print_rates(rate_tables: list[dict[str, Any]], to: Console) -> None:
     from kr5_tools.sweep import rate_table
 
     for table in rate_tables:

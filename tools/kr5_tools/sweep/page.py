@@ -4,12 +4,13 @@ from pathlib import Path
 from typing import Any
 
 from kr5.files import writing
+from kr5.files.result_types import ResultData
 
 from kr5_tools.cli import terminal
 from kr5_tools.sweep.trials import Grid
 
 
-def write_page(data: dict[str, Any], source: Path, output: Path, png: Path | None) -> list[Path]:
+def write_page(data: ResultData, source: Path, output: Path, png: Path | None) -> list[Path]:
     """Writes the page of a sweep.json and the trials.csv beside it; returns the files of the plots."""
     from kr5_tools.sweep import rate_table, sweep_file
 

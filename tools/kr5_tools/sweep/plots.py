@@ -4,6 +4,7 @@ and over tilt."""
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
@@ -69,7 +70,7 @@ def draw_rates(tables: list[dict[str, Any]], over: str, fixed: str, value: float
     return figure
 
 
-def set_ticks(axes: Any, x: list[float]) -> None:
+def set_ticks(axes: Axes, x: list[float]) -> None:
     """At the values themselves; logarithmic where they span more than a decade."""
     if min(x) > 0 and max(x) > 10 * min(x):
         axes.set_xscale("log")
@@ -77,7 +78,7 @@ def set_ticks(axes: Any, x: list[float]) -> None:
     axes.xaxis.set_minor_locator(NullLocator())
 
 
-def plot_success(axes: Any, places: list[dict[str, Any]], over: str) -> None:
+def plot_success(axes: Axes, places: list[dict[str, Any]], over: str) -> None:
     """Points of the attempts side by side, so that their intervals can be told apart."""
     x = np.array([p[over] for p in places])
     wide = max(x) > 10 * min(x) > 0
@@ -101,7 +102,7 @@ def plot_success(axes: Any, places: list[dict[str, Any]], over: str) -> None:
     axes.set_ylim(-4, 104)
 
 
-def plot_times(axes: Any, places: list[dict[str, Any]], over: str) -> None:
+def plot_times(axes: Axes, places: list[dict[str, Any]], over: str) -> None:
     done = [(p[over], p["time"]) for p in places if p["time"]["median"] is not None]
     if not done:
         axes.plot([], [], "o", color=BLUE, label="no insertion")

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import kr5
+import kr5.cell
 
 from kr5_tools.sweep.run_folder import Kind, RunFolder
 from kr5_tools.sweep.trials import HEADER, Grid, Key, Trial, check_trial
@@ -32,7 +33,7 @@ SWEEP = Kind(
 )
 
 
-def cell_text(cell: Any) -> str:
+def cell_text(cell: kr5.cell.Cell) -> str:
     """The cell as one text, which every form of it gives alike."""
     import kr5.cell
 

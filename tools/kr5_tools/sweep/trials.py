@@ -7,6 +7,8 @@ import math
 from dataclasses import asdict, astuple, dataclass, fields
 from typing import Any
 
+import kr5.cell
+
 ATTEMPTS = 3
 
 
@@ -111,7 +113,7 @@ def _cell(text: str) -> Any:
     return kr5.cell.parse_cell(text)
 
 
-def make_setup(cell: Any, key: Key, insert_by: str, seed: int) -> Any:
+def make_setup(cell: kr5.cell.Cell, key: Key, insert_by: str, seed: int) -> Any:
     """The setup of a trial: what `kr5 insert --seed` makes of the seed of the trial."""
     import kr5.sim
 
@@ -128,7 +130,7 @@ def make_setup(cell: Any, key: Key, insert_by: str, seed: int) -> Any:
     return setup
 
 
-def run_trial(cell: Any, key: Key, insert_by: str, seed: int) -> Trial:
+def run_trial(cell: kr5.cell.Cell, key: Key, insert_by: str, seed: int) -> Trial:
     import kr5.sim
 
     setup = make_setup(cell, key, insert_by, seed)

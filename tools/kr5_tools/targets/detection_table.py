@@ -1,22 +1,25 @@
 """What `kr5 detect` saw: a row an object for the terminal, and the rows of the page."""
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from kr5.files.result_types import ResultData
 
 from kr5_tools.cli.numbers import NONE, format_count
 from kr5_tools.cli.tables import make_table, pose_figures
+from kr5_tools.cli.terminal import Console
 
 COLUMNS = ("image", "what", "corners [px]", "noise [px]", "RMS [px]")
 
 
-def median_noise(items: list[dict[str, Any]]) -> float | None:
+def median_noise(items: Sequence[Mapping[str, Any]]) -> float | None:
     """Median of the standard deviations of the points [px]; None where none is known."""
     sigma = np.hstack([np.asarray(item["sigma"], float) for item in items])
     return float(np.median(sigma[sigma > 0])) if (sigma > 0).any() else None
 
 
-def seen_row(item: dict[str, Any]) -> list[Any]:
+def seen_row(item: Mapping[str, Any]) -> list[Any]:
     """One entry of `found`, under COLUMNS."""
     ids, spread = item["ids"], median_noise([item])
     corners = (
@@ -33,7 +36,7 @@ def seen_row(item: dict[str, Any]) -> list[Any]:
     ]
 
 
-def pose_word(item: dict[str, Any]) -> str:
+def pose_word(item: Mapping[str, Any]) -> str:
     """Whether the pose of an entry of `found` is known, and whether there are two."""
     pose = item.get("pose")
     if not pose:
@@ -41,7 +44,7 @@ def pose_word(item: dict[str, Any]) -> str:
     return f"ambiguous: the other pose has {100 * pose['second_probability']:.0f} %" if pose["ambiguous"] else "clear"
 
 
-def seen_table(data: dict[str, Any]) -> list[list[str]]:
+def seen_table(data: ResultData) -> list[list[str]]:
     """What was seen, under COLUMNS and the pose, in the order of the images; the image and why, where nothing was."""
     rows = [[*seen_row(item), pose_word(item)] for item in data.get("found", ())]
     order = {view["name"]: i for i, view in enumerate(data.get("views", ()))}
@@ -49,7 +52,7 @@ def seen_table(data: dict[str, Any]) -> list[list[str]]:
     return sorted(rows, key=lambda row: order.get(row[0], len(order)))
 
 
-def print_seen(found: list[dict[str, Any]], lost: list[dict[str, Any]], images: int, to: Any) -> None:
+def print_seen(found: list[dict[str, Any]], lost: list[dict[str, Any]], images: int, to: Console) -> None:
     """For people: how much was found, a row for each object, the poses, and why nothing was found."""
     if found:
         markers = any("id" in item for item in found)

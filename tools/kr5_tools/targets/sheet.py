@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import kr5
+from matplotlib.figure import Figure
 
 # Width and height, upright [mm].
 PAPERS = {
@@ -154,7 +155,7 @@ def draw_sheet(picture: Any, target: str, extent: tuple[float, float], sheet: tu
     return figure
 
 
-def _draw_ruler(figure: Any, target: str, sheet: tuple[float, float], bottom: float) -> None:
+def _draw_ruler(figure: Figure, target: str, sheet: tuple[float, float], bottom: float) -> None:
     """A line with ticks each millimetre, what it is for, and the target in words."""
     width, height = sheet
     axes = figure.add_axes((0, bottom / height, 1, RULER / height), xlim=(0, width), ylim=(0, RULER))
@@ -174,7 +175,7 @@ def _draw_ruler(figure: Any, target: str, sheet: tuple[float, float], bottom: fl
         axes.text(start, 6.5 - 3.4 * k, text, fontsize=size, va="center", color="black")
 
 
-def save_sheet(figure: Any, output: Path, dpi: int) -> None:
+def save_sheet(figure: Figure, output: Path, dpi: int) -> None:
     import matplotlib.pyplot as plt
     from kr5.files import writing
 

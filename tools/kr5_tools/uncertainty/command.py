@@ -2,10 +2,11 @@
 
 import math
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, cast
 
 import typer
 from kr5.files import results, writing
+from kr5.files.result_types import ResultData
 
 from kr5_tools.cli import terminal
 from kr5_tools.cli.arguments import JsonOption, ResultOption
@@ -199,7 +200,7 @@ def _write(
     if report is None and png is None:
         return
     if report is not None:
-        write_page(data, source.name, report, png)
+        write_page(cast(ResultData, data), source.name, report, png)
         to.print(f"{report}: open it in a browser.", soft_wrap=True, markup=False)
         return
     _write_plots(data, png)

@@ -1,12 +1,13 @@
 """The page of a result of `kr5 uncertainty`."""
 
 from pathlib import Path
-from typing import Any
+
+from kr5.files.result_types import ResultData
 
 from kr5_tools.pages.tables_page import write_tables_page
 
 
-def write_page(data: dict[str, Any], source: str, output: Path, png: Path | None) -> list[Path]:
+def write_page(data: ResultData, source: str, output: Path, png: Path | None) -> list[Path]:
     """Writes the page and, where they are wanted, the plots; returns the files of these."""
     from kr5_tools.uncertainty.plots import part_plots
 

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from kr5_tools.cli.numbers import format_number
+from kr5_tools.cli.terminal import Console
 
 AXES = "xyz"
 MOST_PRINTED = 12  # rows of a table at a terminal
@@ -37,7 +38,7 @@ def ellipsoid_table(title: str, matrix: np.ndarray, confidence: float, unit: str
     }
 
 
-def print_part(part: dict[str, Any], to: Any) -> None:
+def print_part(part: dict[str, Any], to: Console) -> None:
     from kr5_tools.cli.tables import make_table
 
     for table in part["tables"]:

@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import kr5.cell
 import numpy as np
 import typer
 from kr5 import cell, kinematics
@@ -55,7 +56,7 @@ def workspace(
     write_json(data, json_file)
 
 
-def _point(believed: Any, chain: Any, wanted: str) -> tuple[np.ndarray, str]:
+def _point(believed: kr5.cell.Cell, chain: Any, wanted: str) -> tuple[np.ndarray, str]:
     wrist = kinematics.wrist_centre(chain)
     if wanted == "wrist" and wrist is None:
         fail("--point wrist: the last three axes of this arm do not meet in one point; choose flange or tool")
@@ -68,7 +69,7 @@ def _point(believed: Any, chain: Any, wanted: str) -> tuple[np.ndarray, str]:
     return np.zeros(3), "flange"
 
 
-def _limits(believed: Any, joints: int) -> tuple[np.ndarray, np.ndarray]:
+def _limits(believed: kr5.cell.Cell, joints: int) -> tuple[np.ndarray, np.ndarray]:
     limits = believed.robot.limits
     if limits is None:
         print_note("the cell states no joint limits: every joint turns once")
