@@ -156,6 +156,13 @@ JOBS = [
         ("cloud.ply",),
         ("out.json",),
     ),
+    Job(
+        "clouds",
+        "pick binary.ply --bin pick.yaml --frame 0,0,0,0,0,0 --json out.json",
+        "cell",
+        ("binary.ply",),
+        ("out.json",),
+    ),
     Job("clouds", "pick cloud.npz --bin pick.yaml --json out.json", "cell", ("cloud.npz",), ("out.json",)),
     Job("clouds", "pick cloud.pcd --bin pick.yaml --json out.json", "cell", ("cloud.pcd",), ("out.json",)),
     Job(
@@ -670,6 +677,13 @@ def _prepare_cloud(folder: Path) -> None:
     axes = "".join(f"property float {axis}\n" for axis in "xyz")
     (folder / "cloud.ply").write_text(
         f"ply\nformat ascii 1.0\nelement vertex {len(points)}\n{axes}end_header\n{rows}\n"
+    )
+    faces = b"".join(bytes([3]) + np.array(corners, ">i4").tobytes() for corners in ((0, 1, 2), (1, 2, 3)))
+    (folder / "binary.ply").write_bytes(
+        b"ply\nformat binary_big_endian 1.0\nelement face 2\nproperty list uchar int vertex_indices\n"
+        + f"element vertex {len(points)}\n{axes}end_header\n".encode()
+        + faces
+        + points.astype(">f4").tobytes()
     )
     (folder / "cloud.pcd").write_text(
         "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\n"

@@ -58,7 +58,7 @@ def import_commands() -> None:
         "jinja2",
     ):
         importlib.import_module(name)
-    for name in ("plyfile", "pypcd4", "mcap.reader", "mcap_ros2.decoder"):
+    for name in ("pypcd4", "mcap.reader", "mcap_ros2.decoder"):
         with contextlib.suppress(ImportError):
             importlib.import_module(name)
 

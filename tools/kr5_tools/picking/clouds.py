@@ -108,17 +108,9 @@ def _pcd(file: Path) -> CloudFile:
 
 
 def _ply(file: Path) -> CloudFile:
-    from plyfile import PlyData
+    from kr5_tools.picking.ply import read_vertices
 
-    data = PlyData.read(file)
-    vertex = next((e for e in data.elements if e.name == "vertex"), None)
-    if vertex is None:
-        raise kr5.FileError(file, "has no element vertex")
-    names = [p.name for p in vertex.properties]
-    missing = [name for name in "xyz" if name not in names]
-    if missing:
-        raise kr5.FileError(file, f"vertex has no property {missing[0]}; found {', '.join(names)}")
-    return CloudFile(np.column_stack([vertex["x"], vertex["y"], vertex["z"]]))
+    return CloudFile(read_vertices(file))
 
 
 def _text(file: Path) -> CloudFile:
