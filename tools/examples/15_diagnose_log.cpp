@@ -25,7 +25,7 @@ int main(int, char** argv) {
   std::printf("verdict: %s\n", std::string(name_of(diagnosis.verdict)).c_str());
   for (const gap::Cause& cause : diagnosis.causes)
     for (const gap::ParameterEstimate& p : cause.parameters)
-      std::printf("%s of %s: %s %.1f +- %.1f %s\n", cause.effect.c_str(), cause.target.c_str(), p.name.c_str(),
+      std::printf("%s of %s: %s %.2f +- %.2f %s\n", cause.effect.c_str(), cause.target.c_str(), p.name.c_str(),
                   p.value[0], p.std[0], p.unit.c_str());
   std::printf("gap: %.2f before, %.2f after\n", diagnosis.reduction.before, diagnosis.reduction.after);
 

@@ -17,7 +17,7 @@ diagnosis = found.diagnosis
 print(f"verdict: {diagnosis.verdict}")
 for cause in diagnosis.causes:
     for p in cause.parameters:
-        print(f"{cause.effect} of {cause.target}: {p.name} {p.value[0]:.1f} +- {p.std[0]:.1f} {p.unit}")
+        print(f"{cause.effect} of {cause.target}: {p.name} {p.value[0]:.2f} +- {p.std[0]:.2f} {p.unit}")
 print(f"gap: {diagnosis.reduction.before:.2f} before, {diagnosis.reduction.after:.2f} after")
 
 # What does not fit the model is refused, with field and remedy.
