@@ -142,7 +142,7 @@ def test_input_that_is_no_test_is_refused(run_kr5, tmp_path):
     refused("r.csv", "--convention", "quaternion", words="missing: qx")
     text = (tmp_path / "r.csv").read_text().splitlines()
     (tmp_path / "r.csv").write_text("\n".join([*text[:3], text[3].replace(",", ",nan,", 1), *text[4:]]) + "\n")
-    refused("r.csv", words="r.csv: line 4: found 9 values")
+    refused("r.csv", words="r.csv: line 4: found")
     (tmp_path / "r.csv").write_text(
         "\n".join([text[0], text[1].split(",", 1)[0] + "," + text[1].split(",", 2)[2]]) + "\n"
     )
