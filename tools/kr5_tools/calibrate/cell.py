@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import kr5
+import kr5.cell
 import numpy as np
 import typer
 from kr5 import calibration, cell
@@ -28,7 +29,7 @@ from kr5_tools.cli.numbers import format_number, table_unit
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.table_options import AngleUnit, ColumnsOption, JointColumns, tell_notes
 from kr5_tools.cli.tables import figure_row, make_table, pose_figures, print_result
-from kr5_tools.cli.terminal import console, fail, print_note, spinner
+from kr5_tools.cli.terminal import Console, console, fail, print_note, spinner
 from kr5_tools.exports.command_line import Exports, export_options
 from kr5_tools.targets.sightings import find_in_images
 
@@ -158,7 +159,7 @@ def calibrate_cell(
         write_cell_file(believed, write_cell)
 
 
-def _put_result(believed: Any, result: Any, target: Any) -> None:
+def _put_result(believed: kr5.cell.Cell, result: Any, target: Any) -> None:
     """Arm, camera, target and scanner into the cell; what it has no place for is told."""
     if result.cell.arm.joints:
         believed.robot.dh = result.cell.arm.joints
@@ -173,7 +174,7 @@ def _put_result(believed: Any, result: Any, target: Any) -> None:
         print_note("the places of the scanned targets are not written into the cell")
 
 
-def _joints(arm: Path | None, believed: Any, columns: TableOptions, data: Any) -> np.ndarray | None:
+def _joints(arm: Path | None, believed: kr5.cell.Cell, columns: TableOptions, data: Any) -> np.ndarray | None:
     """Joint values of every image, checked against the robot poses."""
     if not arm:
         return None
@@ -297,7 +298,7 @@ def _figures(result: Any) -> list[dict[str, Any]]:
     return rows
 
 
-def _show(result: Any, keys: dict[str, Any], out: Any) -> None:
+def _show(result: Any, keys: dict[str, Any], out: Console) -> None:
     print_result(keys, out)
     rows = []
     for p in result.parameters:

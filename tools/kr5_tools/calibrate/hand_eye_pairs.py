@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import kr5
+import kr5.cell
 import numpy as np
 from kr5 import calibration
 from kr5.files.writing import check_writable
@@ -56,7 +57,7 @@ def calibrate_pairs(
     judging: Any,
     output: Path | None,
     json_file: Path | None,
-    believed: Any,
+    believed: kr5.cell.Cell,
     write_cell: Path | None,
     exports: Exports,
 ) -> bool:

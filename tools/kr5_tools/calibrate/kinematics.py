@@ -4,6 +4,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
 
+import kr5.cell
 import numpy as np
 import typer
 from kr5 import calibration, cell
@@ -36,7 +37,7 @@ from kr5_tools.cli.table_options import (
     tell_notes,
 )
 from kr5_tools.cli.tables import figure_row, make_table, print_result
-from kr5_tools.cli.terminal import console, fail, print_note, spinner
+from kr5_tools.cli.terminal import Console, console, fail, print_note, spinner
 from kr5_tools.exports.command_line import Exports, export_options
 
 app = typer.Typer()
@@ -167,7 +168,7 @@ def calibrate_kinematics(
         write_cell_file(refined_cell(believed, result, recording is not None, bool(views)), write_cell)
 
 
-def _cell(cell_file: Path | None, recording: Any) -> Any:
+def _cell(cell_file: Path | None, recording: kr5.cell.Recording | None) -> Any:
     if cell_file:
         return cell.load_cell(cell_file)
     if recording:
@@ -177,7 +178,7 @@ def _cell(cell_file: Path | None, recording: Any) -> Any:
 
 def _complete(
     options: Any,
-    believed: Any,
+    believed: kr5.cell.Cell,
     known_base: bool,
     known_tool: bool,
     joint_errors: bool,
@@ -206,7 +207,9 @@ def _distance(text: str) -> Any:
         fail(f"--distance: found {text!r}, expected A,B,METRES, e.g. left,right,0.05")
 
 
-def _fit_postures(postures: Path | None, recording: Any, chain: Any, wanted: TableOptions) -> list[Any]:
+def _fit_postures(
+    postures: Path | None, recording: kr5.cell.Recording | None, chain: Any, wanted: TableOptions
+) -> list[Any]:
     if not postures:
         return []
     if not recording:
@@ -216,7 +219,9 @@ def _fit_postures(postures: Path | None, recording: Any, chain: Any, wanted: Tab
     fail(f"{postures}: there are no poses with the split fit; expected an experiment of the kind poses")
 
 
-def _check_postures(recording: Any, check: Path | None, chain: Any, wanted: TableOptions) -> list[Any]:
+def _check_postures(
+    recording: kr5.cell.Recording | None, check: Path | None, chain: Any, wanted: TableOptions
+) -> list[Any]:
     if check:
         return _fit_postures(check, cell.load_recording(check) if check.is_dir() else None, chain, wanted)
     return recorded_postures(recording, "check", len(chain.joints)) if recording else []
@@ -280,7 +285,7 @@ def _verdict(
     return {"word": "doubtful" if objections else "good", "text": "; ".join([text, *objections])}
 
 
-def _show(result: Any, data: dict[str, Any], out: Any) -> None:
+def _show(result: Any, data: dict[str, Any], out: Console) -> None:
     print_result({**data, "figures": []}, out)
     rows, hidden = [], 0
     for c in result.coordinates:

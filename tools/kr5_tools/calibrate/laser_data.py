@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import kr5
+import kr5.cell
 import numpy as np
 from kr5 import calibration
 from kr5.tables.options import TableOptions
@@ -139,7 +140,7 @@ def _interpolate(table: Table, T: list[Any], times: np.ndarray, max_gap: float, 
     data.poses = [poses[k] for k in kept]
 
 
-def recorded_scans(recording: Any, split: str) -> tuple[ScanData, list[Any]]:
+def recorded_scans(recording: kr5.cell.Recording, split: str) -> tuple[ScanData, list[Any]]:
     """Profiles of a recording's scans, and its targets: the points on the sphere and those on the plane apart."""
     believed, data = recording.cell, ScanData()
     if believed.laser is None or believed.laser.target is None:

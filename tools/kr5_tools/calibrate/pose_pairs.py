@@ -198,7 +198,7 @@ def _opencv(file: Path, text: str) -> PosePairs:
     target in the camera, as cv::calibrateHandEye takes them."""
     plain = text.replace("!!opencv-matrix", "")
     data = parse_yaml("\n".join(plain.splitlines()[1:]), file, EXPECTED)
-    families: dict[str, list[list[float]]] = {}
+    families: dict[str, list[Any]] = {}
     for key, value in data.items() if isinstance(data, dict) else ():
         if isinstance(value, dict) and "data" in value and (match := NUMBERED.fullmatch(str(key))):
             matrix = validate_document(value, OpenCvMatrix, file, text, at=(key,))

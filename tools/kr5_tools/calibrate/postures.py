@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import kr5
+import kr5.cell
 import numpy as np
 from kr5 import calibration
 from kr5.tables.options import TableOptions
@@ -44,7 +45,7 @@ def read_socket(name: str, file: Path, joints: list[Any], wanted: TableOptions) 
     return [calibration.ArmPosture(name=table.row_name(i), q=row, socket=name) for i, row in enumerate(table["q"])]
 
 
-def recorded_postures(recording: Any, split: str, joints: int) -> list[Any]:
+def recorded_postures(recording: kr5.cell.Recording, split: str, joints: int) -> list[Any]:
     """The postures of a recording's `poses`: the tool in the base."""
     postures = []
     for experiment in recording.experiments:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import kr5
+import kr5.cell
 import numpy as np
 from kr5 import calibration, kinematics
 
@@ -13,7 +14,7 @@ TOOL_TOLERANCE = 5e-3  # of the tool's place on the flange [m]
 CHANCE = 1e-3  # probability with which a right camera is not believed
 
 
-def recorded_views(recording: Any, split: str, joints: int) -> list[Any]:
+def recorded_views(recording: kr5.cell.Recording, split: str, joints: int) -> list[Any]:
     """What the camera on the flange saw of the board, a posture a view."""
     cell = recording.cell
     if cell.camera is None or cell.board is None or cell.T_flange_camera() is None:
@@ -43,7 +44,7 @@ def recorded_views(recording: Any, split: str, joints: int) -> list[Any]:
     return out
 
 
-def use_recording(options: Any, cell: Any, views: bool, known_tool: bool) -> None:
+def use_recording(options: Any, cell: kr5.cell.Cell, views: bool, known_tool: bool) -> None:
     """The device of a recording reports in the base; the tool is turned as the cell says, and sits about where."""
     options.T_world_base = np.eye(4)
     if cell.tool is not None:
@@ -93,7 +94,7 @@ def check_camera(free: Any, options: Any) -> CameraCheck | None:
     return CameraCheck(found.believed, found.squared_distance, found.dof, found.limit, text)
 
 
-def add_torques(postures: list[Any], cell: Any) -> None:
+def add_torques(postures: list[Any], cell: kr5.cell.Cell) -> None:
     """Torques that hold the arm and its tool against gravity, of each posture."""
     if len(cell.robot.links) != len(cell.robot.dh):
         raise kr5.InvalidArgument(
@@ -108,7 +109,7 @@ def add_torques(postures: list[Any], cell: Any) -> None:
         posture.torques = dynamics.gravity_torques(posture.q)
 
 
-def refined_cell(cell: Any, result: Any, recorded: bool, views: bool) -> Any:
+def refined_cell(cell: kr5.cell.Cell, result: Any, recorded: bool, views: bool) -> Any:
     """The cell with the identified arm; of a recording also with its tool, and with camera and board where views told
     of them. Camera and scanner stay where they are on the flange."""
     if len(result.compliances):

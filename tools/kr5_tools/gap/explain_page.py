@@ -2,8 +2,9 @@
 with what the recording says for it and against it."""
 
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
+from kr5.files.result_types import ResultData
 from kr5.gap import column_text
 from kr5.logs.compared_source import name_of
 
@@ -25,7 +26,9 @@ def write_page(data: dict[str, Any], source: str, output: Path, png: Path | None
         word, icon, label = LOOK[data["verdict"]]
         title, parts = "The verdict explained", verdict_parts(data)
         shown = {**data, "verdict": {"word": word, "icon": icon, "label": label, "text": data["text"]}}
-    return write_tables_page(shown, title, "kr5 gap explain", _origin(data, source), parts, output, png)
+    return write_tables_page(
+        cast(ResultData, shown), title, "kr5 gap explain", _origin(data, source), parts, output, png
+    )
 
 
 def _origin(data: dict[str, Any], source: str) -> str:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 
+import kr5.cell
 import numpy as np
 import typer
 from kr5 import calibration, kinematics
@@ -27,7 +28,7 @@ from kr5_tools.cli.table_options import (
     tell_notes,
 )
 from kr5_tools.cli.tables import figure_row, make_table, print_result
-from kr5_tools.cli.terminal import console, fail, spinner
+from kr5_tools.cli.terminal import Console, console, fail, spinner
 from kr5_tools.identify.axis_chain import chain_of
 from kr5_tools.identify.image_turns import Mount, image_turn
 from kr5_tools.identify.turn_checks import (
@@ -178,7 +179,7 @@ def _turns(files: list[Path], wanted: TableOptions) -> Turns:
         if not away[:, k].any():
             fail(f"{file}: joint {k + 1} did not move")
         turns.samples.append([calibration.JointSample(q=float(q[i, k]), **seen[i]) for i in rows])
-        turns.labels.append([table.row(i) for i in rows])
+        turns.labels.append([table.row(int(i)) for i in rows])
     return turns
 
 
@@ -239,7 +240,9 @@ def _drawn(result: Any, random: np.random.Generator) -> Any:
     )
 
 
-def _keys(files: list[Path], turns: Turns, results: list[Any], nominal: Any) -> dict[str, Any]:
+def _keys(
+    files: list[Path], turns: Turns, results: list[Any], nominal: kr5.kinematics.DhChain | None
+) -> dict[str, Any]:
     home = turns.home
     first = turns.samples[-1][0]
     end = first.T_world_tool[:3, 3] if first.T_world_tool is not None else first.points[:, 0]
@@ -286,7 +289,7 @@ def _keys(files: list[Path], turns: Turns, results: list[Any], nominal: Any) -> 
     }
 
 
-def _show(results: list[Any], data: dict[str, Any], out: Any) -> None:
+def _show(results: list[Any], data: dict[str, Any], out: Console) -> None:
     print_result(data, out)
     rows = []
     for k, r in enumerate(results):

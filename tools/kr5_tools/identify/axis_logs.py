@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import kr5
+import kr5.cell
 import numpy as np
 from kr5 import cell
 from kr5.logs.bag_file import is_bag_folder
@@ -15,19 +16,19 @@ def is_recording(source: Path) -> bool:
     return source.is_dir() and not is_bag_folder(source)
 
 
-def believed_cell(recording: Any, cell_file: Path | None) -> Any:
+def believed_cell(recording: kr5.cell.Recording | None, cell_file: Path | None) -> Any:
     """The cell that is named, else that of the recording, else None."""
     if cell_file:
         return cell.load_cell(cell_file)
     return recording.cell if recording is not None else None
 
 
-def need_target_cell(believed: Any, write_cell: Path | None) -> None:
+def need_target_cell(believed: kr5.cell.Cell, write_cell: Path | None) -> None:
     if write_cell and believed is None:
         raise kr5.InvalidArgument("--write-cell: --cell is missing; name the cell into which the result is put")
 
 
-def experiments_of(recording: Any, kind: str) -> list[Any]:
+def experiments_of(recording: kr5.cell.Recording, kind: str) -> list[Any]:
     """The experiments of a kind that may be used to estimate."""
     found = [e for e in recording.experiments if str(e.kind) == kind and str(e.split) == "fit"]
     if not found:
@@ -38,7 +39,7 @@ def experiments_of(recording: Any, kind: str) -> list[Any]:
     return found
 
 
-def joined_runs(experiments: list[Any], names: list[str]) -> tuple[np.ndarray, list[int]]:
+def joined_runs(experiments: list[kr5.cell.Experiment], names: list[str]) -> tuple[np.ndarray, list[int]]:
     """Columns of experiments below each other (N x names), and the first row of each run."""
     parts, starts, rows = [], [], 0
     for experiment in experiments:

@@ -4,6 +4,7 @@ import math
 from pathlib import Path
 from typing import Annotated, Any
 
+import kr5.cell
 import numpy as np
 import typer
 from kr5 import cell as kr5_cell
@@ -110,7 +111,7 @@ def read_noise(text: str) -> np.ndarray:
         fail(f"--torque-noise: found {text!r}, expected numbers with commas, as 2,2,1")
 
 
-def read_readings(file: Path, wanted: TableOptions, believed: Any) -> Any:
+def read_readings(file: Path, wanted: TableOptions, believed: kr5.cell.Cell | None) -> Any:
     """Readings of a table. A joint of which a column is missing was not read."""
     table = wanted.read(file, [LINKS, MOTORS, LINK_TORQUES])
     both = [k for k in range(MOST_JOINTS) if all(len(table.names[r]) > k and table.names[r][k] for r in ("q", "m"))]
@@ -138,7 +139,7 @@ def _of_joints(values: np.ndarray, n: int) -> np.ndarray:
     return np.column_stack([values[:, :n], np.full((len(values), max(0, n - values.shape[1])), np.nan)])
 
 
-def gravity_torques(file: Path, believed: Any, q: np.ndarray) -> np.ndarray:
+def gravity_torques(file: Path, believed: kr5.cell.Cell, q: np.ndarray) -> np.ndarray:
     """Torques that hold the links of a cell in these postures; NaN where an angle is missing."""
     if not believed.robot.links:
         fail("--cell: the cell has no masses (robot.links), from which the torques of gravity follow")

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import kr5.cell
 import numpy as np
 import typer
 from kr5 import cell, identification
@@ -90,7 +91,7 @@ def force_torque(
     write_json(write_result(output, "kr5-force-torque/1", **keys), json_file)
 
 
-def _motion_readings(recording: Any, believed: Any) -> list[Any]:
+def _motion_readings(recording: kr5.cell.Recording, believed: kr5.cell.Cell) -> list[Any]:
     readings = []
     for experiment in experiments_of(recording, "motion"):
         if "fx" not in experiment.data.columns:
@@ -101,7 +102,7 @@ def _motion_readings(recording: Any, believed: Any) -> list[Any]:
     return readings
 
 
-def _table_readings(file: Path, believed: Any, wanted: TableOptions) -> list[Any]:
+def _table_readings(file: Path, believed: kr5.cell.Cell, wanted: TableOptions) -> list[Any]:
     joints = None if believed is None else believed.nominal_chain().joints
     roles = [*FORCES, *TORQUES, OPTIONAL_TIME, *GRAVITY, *LOADS]
     table = wanted.read(file, [*roles, joints_role(joints, needed=False)], None if joints is None else len(joints))
@@ -131,7 +132,7 @@ def _stacked(table: Table, roles: Sequence[str]) -> np.ndarray:
     return np.column_stack([table[role] for role in roles])
 
 
-def put_sensor(believed: Any, found: Any) -> None:
+def put_sensor(believed: kr5.cell.Cell, found: Any) -> None:
     """Tool, sensor and its orientation into a cell."""
     identification.set_tool_mass(believed, found.mass, found.com)
     believed.tool.T_flange_sensor = found.T_flange_sensor

@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Annotated, Any
 
+import kr5.cell
 import numpy as np
 import typer
 from kr5 import cell, identification
@@ -17,7 +18,7 @@ from kr5_tools.cli.cell_output import WriteCellOption, write_cell_file
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.table_options import AngleUnit, ColumnsOption, JointColumns, LengthUnit, tell_notes
 from kr5_tools.cli.tables import figure_row, make_table, print_result
-from kr5_tools.cli.terminal import console, fail, print_note, spinner
+from kr5_tools.cli.terminal import Console, console, fail, print_note, spinner
 from kr5_tools.identify.motion_logs import FROM_THE_CELL, conditioning_of, require_usable
 
 app = typer.Typer()
@@ -107,7 +108,7 @@ def gravity(
     write_json(data, json_file)
 
 
-def slow_log(log: Path, believed: Any, wanted: TableOptions) -> Any:
+def slow_log(log: Path, believed: kr5.cell.Cell, wanted: TableOptions) -> Any:
     """A log as it came, in SI: joint values, speeds, torques. Currents become torques by the motors of the cell."""
     joints = believed.nominal_chain().joints
     table = wanted.read(log, [OPTIONAL_TIME, joints_role(joints), SPEEDS, TORQUES, CURRENTS], len(joints))
@@ -128,8 +129,10 @@ def slow_log(log: Path, believed: Any, wanted: TableOptions) -> Any:
         tau = joint_torques(believed.drives, table["i"])
     else:
         raise table.lacks("tau1, tau2, … or i1, i2, …", "torques or currents of the joints")
-    speeds = {"qd": table["qd"]} if "qd" in table else {}
-    return identification.JointLog(t=t, q=table["q"], tau=tau, **speeds)
+    log_of_arm = identification.JointLog(t=t, q=table["q"], tau=tau)
+    if "qd" in table:
+        log_of_arm.qd = table["qd"]
+    return log_of_arm
 
 
 def slow_motion(file: Path, log: Any, options: Any) -> tuple[Any, list[Any]]:
@@ -142,7 +145,7 @@ def slow_motion(file: Path, log: Any, options: Any) -> tuple[Any, list[Any]]:
     return got.motion, [f for f in got.findings if str(f.severity) == "warning" and str(f.fault) != "never_moved"]
 
 
-def put_gravity(believed: Any, found: Any) -> None:
+def put_gravity(believed: kr5.cell.Cell, found: Any) -> None:
     """First moments of the links, less the tool's; and the friction that was found."""
     links = list(believed.robot.links)
     tool = believed.tool
@@ -211,7 +214,7 @@ def _keys(found: Any, motion: Any, findings: list[Any]) -> dict[str, Any]:
     }
 
 
-def _show(found: Any, chain: Any, out: Any) -> None:
+def _show(found: Any, chain: Any, out: Console) -> None:
     rows = []
     for j, size in enumerate(found.torque_rms):
         share = 100 * float(found.held_out_rms[j] / size) if size > 0 else None
@@ -247,7 +250,7 @@ def _add_planar(keys: dict[str, Any], motion: Any, chain: Any, options: Any) -> 
     keys["result"]["planar"] = found.to_dict()
 
 
-def _add_limits(keys: dict[str, Any], believed: Any, found: Any, motion: Any, options: Any) -> Any:
+def _add_limits(keys: dict[str, Any], believed: kr5.cell.Cell, found: Any, motion: Any, options: Any) -> Any:
     """Current limits for the postures of the log, and their table; None where gravity is not known well enough."""
     if believed.tool is not None:
         options.T_flange_tool = believed.tool.T_flange_tool

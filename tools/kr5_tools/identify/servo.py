@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import kr5
+import kr5.cell
 import numpy as np
 import typer
 from kr5 import cell, identification
@@ -114,7 +115,7 @@ def _table_log(file: Path, joint: list[int] | None, wanted: TableOptions) -> Any
     return identification.ServoLog(t=table["t"], command=command, response=response, run_starts=table.run_starts())
 
 
-def put_servo(believed: Any, name: str, found: Any) -> None:
+def put_servo(believed: kr5.cell.Cell, name: str, found: Any) -> None:
     """The servo into a cell, which has no place for its gain."""
     if name == PATH:
         identification.set_path_servo(believed, found.servo, found.cycle)

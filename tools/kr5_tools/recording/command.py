@@ -1,7 +1,7 @@
 """`kr5 recording`: logs of a real cell, turned into recordings."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 from kr5.files import writing
@@ -68,7 +68,7 @@ def import_log(
     writing.check_writable(json_file, inputs=[*([log] if log else []), map_file])
     noise: list[str] = []
 
-    def add_noise(recording: Any, readings: Readings) -> None:
+    def add_noise(recording: kr5.cell.Recording, readings: Readings) -> None:
         recording.cell, notes = arm_log.with_reading_noise(recording, readings)
         noise.extend(note.text(recording.cell) for note in notes)
 
