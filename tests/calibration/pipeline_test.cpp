@@ -32,12 +32,13 @@ struct Valleys {
     for (const double square : squares) out += std::pow((at * at - square) / 0.01, 2);
     return out;
   }
+  /// By Gauss and Newton's method.
   double descended(double from) const {
-    for (int step = 0; step < 200; ++step) {
-      const double h = 1e-6, slope = (cost(from + h) - cost(from - h)) / (2 * h);
-      double length = 1e-3;
-      while (length > 1e-14 && cost(from - length * slope) > cost(from)) length /= 2;
-      from -= length * slope;
+    for (int step = 0; step < 100; ++step) {
+      double slope = (from - itself) / (sigma * sigma), curvature = 1 / (sigma * sigma);
+      for (const double square : squares)
+        slope += 2 * from * (from * from - square) / 1e-4, curvature += 4 * from * from / 1e-4;
+      from -= slope / curvature;
     }
     return from;
   }
