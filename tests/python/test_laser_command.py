@@ -115,13 +115,23 @@ def test_a_folder_of_profiles_gives_the_scanner_a_cloud_a_cell_and_a_page(folder
     assert {"profile_errors.png", "cloud.png", "correlation.png"} <= {f.name for f in (folder / "plots").iterdir()}
 
 
+def tilted(*degrees):
+    """Roll, pitch and yaw, without a place."""
+    return kr5.from_xyzrpy([0, 0, 0, *np.radians(degrees)])
+
+
 @pytest.mark.parametrize(
     ("case", "expected", "rms"),
     [
         # Ten profiles of a ball from the side: another minimum lies beside the right one, at an RMS of 0.63 mm.
         ("linescan_side", [0.0835, -0.0072, 0.164, *np.radians([-3.2, -0.3, 132.35])], 0.07),
-        # A scanner that counts from the middle of its range: most z are negative.
-        ("linescan_centred", [0.060, 0.010, 0.080], None),
+        # A scanner that counts from the middle of its range, 130 mm before its origin at (60, 10, 80) mm: most z are
+        # negative, and what is found is the frame in which the profiles are given.
+        (
+            "linescan_centred",
+            [*(kr5.to_pose([0.06, 0.01, 0.08, 0, 0, 0]) @ tilted(2, -3, 30) @ [0, 0, 0.13, 1])[:3]],
+            None,
+        ),
     ],
 )
 def test_a_ball_is_found_from_any_start(case, expected, rms, tmp_path, run_kr5):
