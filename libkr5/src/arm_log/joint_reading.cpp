@@ -43,8 +43,8 @@ JointReading plain_reading(int joints) {
 
 /// How loads are like their simulation.
 struct Likeness {
-  double together = 0.0;             // correlation of all
-  double mean = 0.0;                 // of those of the joints
+  double together = 0.0;                  // correlation of all
+  double mean = 0.0;                      // of those of the joints
   std::vector<double> left = {};          // root mean square of each joint; empty: it cannot be simulated
   std::vector<double> left_negated = {};  // with the loads of the other sign
 };

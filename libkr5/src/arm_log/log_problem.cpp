@@ -77,7 +77,8 @@ std::string check_text(const LogProblem& problem) {
     case LogProblemKind::BeyondLimits:
       return "check these columns, their order and their offsets, and that this is the model of their robot";
     case LogProblemKind::SpeedBeyond:
-    case LogProblemKind::RowsApart: return "check the unit and the column of the clock";
+    case LogProblemKind::RowsApart:
+      return "check the unit and the column of the clock";
     case LogProblemKind::Constant:
       return "check that the driver measures efforts and that publishing them is turned on";
     case LogProblemKind::Saturated:
@@ -177,33 +178,48 @@ std::string expected_text(const LogProblem& problem, const cell::Cell& cell) {
 std::string remedy_text(const LogProblem& problem, const cell::Cell& cell) {
   const bool loads = problem.kind == LogProblemKind::Factor;
   switch (problem.remedy) {
-    case LogRemedy::Check: return check_text(problem);
-    case LogRemedy::Degrees: return "the numbers make sense as degrees (mm for a slide)";
+    case LogRemedy::Check:
+      return check_text(problem);
+    case LogRemedy::Degrees:
+      return "the numbers make sense as degrees (mm for a slide)";
     case LogRemedy::Radians:
-      return problem.kind == LogProblemKind::HardlyMoves
-                 ? "are the numbers radians, which were read as degrees?"
-                 : "the numbers make sense as radians (m for a slide)";
+      return problem.kind == LogProblemKind::HardlyMoves ? "are the numbers radians, which were read as degrees?"
+                                                         : "the numbers make sense as radians (m for a slide)";
     case LogRemedy::MotorSide:
       return loads ? "they are torques on the motor side" : "the numbers make sense on the motor side";
-    case LogRemedy::DegreesOnMotorSide: return "the numbers make sense as degrees on the motor side";
-    case LogRemedy::Milliseconds: return "the clock makes sense in ms";
-    case LogRemedy::Microseconds: return "the clock makes sense in us";
-    case LogRemedy::Nanoseconds: return "the clock makes sense in ns";
-    case LogRemedy::LongerUnit: return "the clock makes sense in a unit a thousand times longer";
-    case LogRemedy::Reverse: return "turn their sign, or correct the directions of the joints";
+    case LogRemedy::DegreesOnMotorSide:
+      return "the numbers make sense as degrees on the motor side";
+    case LogRemedy::Milliseconds:
+      return "the clock makes sense in ms";
+    case LogRemedy::Microseconds:
+      return "the clock makes sense in us";
+    case LogRemedy::Nanoseconds:
+      return "the clock makes sense in ns";
+    case LogRemedy::LongerUnit:
+      return "the clock makes sense in a unit a thousand times longer";
+    case LogRemedy::Reverse:
+      return "turn their sign, or correct the directions of the joints";
     case LogRemedy::ReverseSome:
       return "turn its sign, and that of the positions of the joint, too, if its direction is reversed";
-    case LogRemedy::Thousandth: return "the unit is a thousandth of the one that was read";
-    case LogRemedy::Thousand: return "the unit is a thousand times the one that was read";
-    case LogRemedy::PercentOfEffort: return "they are percent of the limits of effort of the model";
-    case LogRemedy::MotorTorques: return "they are torques of the motors";
-    case LogRemedy::JointTorques: return "they are torques of the joints";
-    case LogRemedy::Currents: return "they are currents";
-    case LogRemedy::Exchange: return "columns are swapped: exchange their names";
+    case LogRemedy::Thousandth:
+      return "the unit is a thousandth of the one that was read";
+    case LogRemedy::Thousand:
+      return "the unit is a thousand times the one that was read";
+    case LogRemedy::PercentOfEffort:
+      return "they are percent of the limits of effort of the model";
+    case LogRemedy::MotorTorques:
+      return "they are torques of the motors";
+    case LogRemedy::JointTorques:
+      return "they are torques of the joints";
+    case LogRemedy::Currents:
+      return "they are currents";
+    case LogRemedy::Exchange:
+      return "columns are swapped: exchange their names";
     case LogRemedy::Rearrange:
       return "they fit with the joints in the order " + names_in_order(cell, problem.reading.order) +
              ": name the columns in the order of the model";
-    case LogRemedy::Recount: return "they fit with " + convention_text(problem.reading, cell);
+    case LogRemedy::Recount:
+      return "they fit with " + convention_text(problem.reading, cell);
   }
   return {};
 }

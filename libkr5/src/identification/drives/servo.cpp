@@ -11,9 +11,9 @@
 #include <kr5/core/levenberg_marquardt.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 
+#include "identification/drives/servo_response.hpp"
 #include "identification/log/residual_correlation.hpp"
 #include "identification/log/runs.hpp"
-#include "identification/drives/servo_response.hpp"
 #include "identification/short_number.hpp"
 
 namespace kr5::identification {

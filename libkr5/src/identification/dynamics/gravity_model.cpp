@@ -12,8 +12,8 @@
 #include <kr5/kinematics/inertial_regressor.hpp>
 
 #include "identification/dynamics/column_grouping.hpp"
-#include "identification/log/residual_correlation.hpp"
 #include "identification/dynamics/slow_samples.hpp"
+#include "identification/log/residual_correlation.hpp"
 
 namespace kr5::identification {
 namespace {

@@ -8,8 +8,8 @@
 #include <kr5/core/error.hpp>
 #include <kr5/core/linear.hpp>
 
-#include "identification/log/residual_correlation.hpp"
 #include "identification/dynamics/slow_samples.hpp"
+#include "identification/log/residual_correlation.hpp"
 
 namespace kr5::identification {
 namespace {
