@@ -27,7 +27,7 @@ int main(int, char** argv) {
     for (const gap::ParameterEstimate& p : cause.parameters)
       std::printf("%s of %s: %s %.2f +- %.2f %s\n", cause.effect.c_str(), cause.target.c_str(), p.name.c_str(),
                   p.value[0], p.std[0], p.unit.c_str());
-  std::printf("gap: %.2f before, %.2f after\n", diagnosis.reduction.before, diagnosis.reduction.after);
+  std::printf("gap: %.1f before, %.1f after\n", diagnosis.reduction.before, diagnosis.reduction.after);
 
   // What does not fit the model is refused, with field and remedy.
   arm_log::ArmLog wrong = log;

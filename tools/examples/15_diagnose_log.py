@@ -18,7 +18,7 @@ print(f"verdict: {diagnosis.verdict}")
 for cause in diagnosis.causes:
     for p in cause.parameters:
         print(f"{cause.effect} of {cause.target}: {p.name} {p.value[0]:.2f} +- {p.std[0]:.2f} {p.unit}")
-print(f"gap: {diagnosis.reduction.before:.2f} before, {diagnosis.reduction.after:.2f} after")
+print(f"gap: {diagnosis.reduction.before:.1f} before, {diagnosis.reduction.after:.1f} after")
 
 # What does not fit the model is refused, with field and remedy.
 wrong = arm_log.ArmLog(t=log.t, q=log.q, effort=log.effort[:, :5])
