@@ -138,7 +138,7 @@ def test_page_and_explanation_show_the_model_that_was_compared(
     from kr5_tools.gap_report.evidence_data import find_recording
 
     result = tmp_path / "gap.json"
-    found = find_recording(json.loads(result.read_text()), result, None)
+    found = find_recording(json.loads(result.read_text())["input"], result, None)
     assert not found.cell.effects.to_dict()
     done = kr5_here("report", "gap.json", "-o", "again.html")
     assert done.exit_code == 0, done.output

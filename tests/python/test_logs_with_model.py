@@ -369,7 +369,8 @@ def log_in_order(order, arm, file):
 def test_joints_counted_in_another_order_are_told_by_their_limits(diagnose, named_arm, named_urdf, tmp_path):
     log_in_order([0, 2, 1, 3, 4, 5], named_arm, tmp_path / "log.csv")
     said = refused(diagnose, "log.csv", "--model", named_urdf, text="motion-1: q3 (elbow_pitch): found 0.2")
-    assert re.search(r"to \S+ rad, expected -4\.625 to -1\.606 rad; check columns\.q, its order and its offsets", said)
+    assert re.search(r"to \S+ rad, expected -4\.625 to -1\.606 rad; check these columns, their order", said)
+    assert re.search(r"is the model of their robot: columns\.q", said), said
 
 
 @pytest.mark.parametrize(

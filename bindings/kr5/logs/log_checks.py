@@ -98,7 +98,8 @@ CLOCKS = {LogRemedy.Milliseconds: "ms", LogRemedy.Microseconds: "us", LogRemedy.
 
 
 def _entries(problem: arm_log.LogProblem, cell: Any, words: EntryWords, sources: Mapping[str, Any]) -> str:
-    """The entries of the map that a remedy asks for; none where it asks for no single one."""
+    """The entries of the map that a remedy asks for, or the key that it speaks of; none where it asks for no single
+    one."""
     columns = list(problem.columns)
     key, remedy = f"columns.{column_family(columns[0])}", problem.remedy
     if remedy in UNITS:
@@ -119,7 +120,7 @@ def _entries(problem: arm_log.LogProblem, cell: Any, words: EntryWords, sources:
         return _convention_entries(cell, problem.reading, columns[1], words, sources)
     if problem.kind == LogProblemKind.FactorOfJoint:
         return words.put(key, scale="[...]")
-    return ""
+    return key if problem.kind in (LogProblemKind.BeyondLimits, LogProblemKind.UnknownFactor) else ""
 
 
 def _channel_of(column: str, cell: Any) -> list[str]:
