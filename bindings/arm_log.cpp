@@ -87,6 +87,7 @@ void bind_checks(py::module_& m) {
   bind_struct<LogProblem>(m, "LogProblem", "What speaks against columns of a log as they were read.")
       .def("found_text", &found_text, py::arg("cell"), "What was found, in words.")
       .def("expected_text", &expected_text, py::arg("cell"), "What was expected, in words.")
+      .def("remedy_text", &remedy_text, py::arg("cell"), "What helps, in words.")
       .def(
           "text", [](const LogProblem& problem, const Cell& cell) { return text(problem, cell); }, py::arg("cell"),
           "Experiment, columns, found, expected and remedy in a sentence.");

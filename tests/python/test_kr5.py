@@ -16,7 +16,7 @@ MODULES = [kr5] + [
 ]
 CLASSES = {c for module in MODULES for _, c in inspect.getmembers(module, inspect.isclass)}
 STRUCTS = sorted((c for c in CLASSES if hasattr(c, "fields")), key=str)
-ENUMS = sorted((c for c in CLASSES if hasattr(c, "__members__") and c.__module__.startswith("kr5")), key=str)
+ENUMS = sorted((c for c in CLASSES if hasattr(c, "__members__") and c.__module__.startswith("kr5._kr5")), key=str)
 
 
 @pytest.fixture(params=STRUCTS, ids=lambda c: c.__name__)

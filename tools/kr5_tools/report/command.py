@@ -1,19 +1,23 @@
 """`kr5 report`: one self-contained page for any result file, and every plot as PNG."""
 
+from __future__ import annotations
+
 import base64
 import contextlib
 import importlib
 import io
 import math
 from pathlib import Path
-from typing import Annotated, Any, NoReturn, cast
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn, cast
 
 import typer
-from kr5.files.result_types import FigureData, FrameData, ResultData, ViewData, ViewNumber
 
 from kr5_tools.cli import arguments, terminal
 from kr5_tools.cli.numbers import format_number
 from kr5_tools.pages.rendering import embed_plot, render_page, script_json, write_png
+
+if TYPE_CHECKING:  # for types alone: it loads numpy and pydantic, which --help need not wait for
+    from kr5.files.result_types import FigureData, FrameData, ResultData, ViewData, ViewNumber
 
 app = typer.Typer()
 
@@ -94,7 +98,7 @@ def write_page_of(result: Path, output: Path, png: Path | None, recording: Path 
     if data["format"] == "kr5-sweep/1":
         from kr5_tools.sweep.page import write_page
 
-        return write_page(cast(ResultData, data), result, output, png)
+        return write_page(cast("ResultData", data), result, output, png)
     if module := PAGES.get(data["format"]):
         try:
             written: list[Path] = importlib.import_module(f"kr5_tools.{module}").write_page(
@@ -103,7 +107,7 @@ def write_page_of(result: Path, output: Path, png: Path | None, recording: Path 
             return written
         except MALFORMED as error:
             fail_malformed(result, error)
-    return write_report(cast(ResultData, data), result, output, png)
+    return write_report(cast("ResultData", data), result, output, png)
 
 
 def write_protocol_page(source: Path, output: Path, png: Path | None) -> list[Path]:
