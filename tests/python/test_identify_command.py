@@ -77,7 +77,7 @@ def test_every_row_in_which_two_joints_stand_away_is_listed(tmp_path, chain, run
     q[[3, 7, 9], 1] += 0.2
     write(tmp_path / "two.csv", q, places)
     done = run_kr5("identify", "axes", "two.csv")
-    assert done.returncode == 2 and "line 5: q1, q2" in done.stderr and "lines 9, 11 likewise" in done.stderr
+    assert done.returncode == 2 and "line 5: q1, q2" in done.stderr and "line 9, line 11 likewise" in done.stderr
 
 
 def test_one_csv_a_joint_names_an_outlier_by_its_own_file(tmp_path, chain, run_kr5):

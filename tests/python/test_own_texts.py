@@ -24,6 +24,7 @@ ALLOWED = {
     "tools/kr5_tools/identify/excitation_files.py": "names in KRL, as the controller takes them",
     "tools/kr5_tools/identify/motion_logs.py": LOGS,
     "bindings/kr5/logs/clock_guess.py": LOGS,
+    "bindings/kr5/logs/column_list.py": "lists of columns that users type",
     "bindings/kr5/logs/column_names.py": LOGS,
     "bindings/kr5/logs/importer.py": "name of a column of a recording, exchanged for that of the log",
     "bindings/kr5/logs/joint_columns.py": LOGS,
@@ -36,6 +37,9 @@ ALLOWED = {
     "bindings/kr5/models/mjcf_arm.py": "error messages of MuJoCo",
     "bindings/kr5/models/mjcf_document.py": "XML",
     "bindings/kr5/models/writing.py": "XML",
+    "bindings/kr5/tables/column_search.py": LOGS,
+    "bindings/kr5/tables/column_units.py": LOGS,
+    "tools/kr5_tools/calibrate/pose_pairs.py": "names of columns of pairs that others wrote",
     "tools/kr5_tools/pages/rendering.py": "SVG of Matplotlib; any cell of a table: whether it is a number",
     "tools/kr5_tools/targets/sheet.py": "short forms of targets that users type",
 }

@@ -158,6 +158,8 @@ def calibrate_kinematics(
         add_torques(further, believed)
     held_out = judge(result, chain, seen, further, distances, options) if result.fit.usable else {}
     doubts = posture_doubts(chain, seen, result)
+    if not result.fit.usable:
+        result.fit.message = "; ".join([*doubts, result.fit.message])  # what is wrong with the rows comes first
     keys = _keys(result, doubts, held_out, camera_check, postures, cell_file)
     out = console(json_file)
     _show(result, keys, out)
