@@ -355,6 +355,7 @@ def payload_rate_row(cases: Path, hidden: dict[str, Any], trials: int = 100) -> 
     q, i = ([np.column_stack([s[f"{x}{k + 1}"] for k in range(6)]) for s in shown] for x in "qi")
     options = conditioning_of(identification.ConditioningOptions(smooth_torques=False), cell)
     model = arm_model(cell, [identification.JointTerms()] * 6)
+    assert cell.drives is not None, "the cases have motors"
     chi, off = believed_parameters(cell, model), []
     for seed in progress(range(trials), "payload of case 1"):
         random = np.random.default_rng(seed)
