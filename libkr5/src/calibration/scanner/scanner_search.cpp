@@ -145,7 +145,8 @@ std::vector<Pose> searched_poses(const ScannerInput& input) {
   }
   std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   std::vector<Pose> out;
-  for (const auto& [misfit, T] : found) {
+  for (const auto& one : found) {
+    const Pose& T = one.second;  // Clang 14 captures no structured binding
     const auto near = [&](const Pose& other) {
       const Vector6 d = pose_difference(other, T);
       return d.head<3>().norm() < apart_position && d.tail<3>().norm() < apart_rotation;
