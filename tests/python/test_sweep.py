@@ -24,11 +24,8 @@ pytest.importorskip("kr5.sim", reason="this kr5 was built without DART")
 
 from kr5_tools.app import make_app
 from kr5_tools.cli.value_list import parse_values
-from kr5_tools.sweep import (
-    rate_table,
-    runner,
-)
-from kr5_tools.sweep.trials import Grid, Key, Trial, seed_of
+from kr5_tools.sweep import rate_table, runner, workers
+from kr5_tools.sweep.trials import HEADER, Grid, Key, Trial, seed_of
 
 GRID = ("--tilts", 15, "--clearances", 0.5, "--seed", 5)
 COUNT = 12
@@ -50,8 +47,7 @@ def sweep(folder, *args, trials=COUNT, workers=1):
         *GRID,
         "--trials",
         trials,
-        "--workers",
-        workers,
+        *(["--workers", workers] if workers else []),
         "-o",
         "sweep",
         *args,
@@ -129,8 +125,12 @@ def test_a_trial_is_run_again_by_its_seed(undisturbed, run_kr5):
     ]
 
 
-def test_one_worker_and_two_give_the_same(undisturbed, dask, tmp_path):
-    done = run_sweep(tmp_path, "--json", "out.json", workers=2)
+@pytest.mark.parametrize("workers", [2, None])
+def test_processes_of_this_machine_give_the_same_without_dask(undisturbed, tmp_path, monkeypatch, workers):
+    for name in ("dask", "distributed"):
+        (tmp_path / f"{name}.py").write_text("raise ImportError('is not to be loaded')")
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")]))
+    done = run_sweep(tmp_path, "--json", "out.json", workers=workers)
     assert done.returncode == 0, done.stderr
     is_as_undisturbed(tmp_path / "sweep", json.loads((tmp_path / "out.json").read_text()), undisturbed)
 
@@ -145,7 +145,7 @@ def test_workers_of_a_scheduler_give_the_same(undisturbed, dask, tmp_path):
 
 
 @pytest.mark.parametrize("workers", [1, 2])
-def test_a_killed_sweep_goes_on_and_runs_nothing_twice(undisturbed, dask, tmp_path, workers):
+def test_a_killed_sweep_goes_on_and_runs_nothing_twice(undisturbed, tmp_path, workers):
     command, how = sweep(tmp_path, workers=workers)
     with subprocess.Popen(command, **how) as process:
         wait_for_trials(process, tmp_path / "sweep", 3)
@@ -159,7 +159,7 @@ def test_a_killed_sweep_goes_on_and_runs_nothing_twice(undisturbed, dask, tmp_pa
 
 
 def workers_of(pid):
-    """Processes of Dask's workers, by the process that started them."""
+    """Processes of workers, by the process that started them."""
     found = []
     for folder in Path("/proc").glob("[0-9]*"):
         try:
@@ -171,7 +171,7 @@ def workers_of(pid):
     return found
 
 
-def test_a_killed_worker_is_replaced(undisturbed, dask, tmp_path):
+def test_a_killed_worker_is_replaced(undisturbed, tmp_path):
     command, how = sweep(tmp_path, "--json", "out.json", workers=2)
     with subprocess.Popen(command, **how) as process:
         wait_for_trials(process, tmp_path / "sweep", 1)
@@ -282,16 +282,27 @@ def test_a_tilt_that_no_peg_can_have_is_refused_before_anything_runs(tmp_path):
     assert done.exit_code == 2 and "tilt: found 95" in done.stderr and not (tmp_path / "sweep").exists()
 
 
-def test_without_dask_several_workers_are_refused_with_the_remedy(monkeypatch):
-    monkeypatch.setattr(runner.importlib.util, "find_spec", lambda name: None)
-    grid = Grid((15.0,), (1.0,), ("vertical",), ("profile_fit",), "arm", 1)
-    with pytest.raises(kr5.InvalidArgument, match="pip install 'kr5\\[cluster\\]'.*--workers 1"):
-        runner.run_trials("", grid.keys(2), grid, 2, None, list)
+def test_a_scheduler_without_dask_is_refused_with_the_remedy(tmp_path, monkeypatch):
+    monkeypatch.setattr(workers.importlib.util, "find_spec", lambda name: None)
+    done = invoke(tmp_path / "sweep", "--scheduler", "tcp://127.0.0.1:8786")
+    assert done.exit_code == 2 and "pip install 'kr5[cluster]'" in done.stderr
 
 
 def test_a_scheduler_that_is_not_there_is_refused(dask, tmp_path):
     done = invoke(tmp_path / "sweep", "--scheduler", "nonsense://nowhere:1")
     assert done.exit_code == 2 and "--scheduler nonsense://nowhere:1: there is no scheduler" in done.stderr
+
+
+def test_a_scheduler_without_workers_is_refused_after_a_while(dask, tmp_path, monkeypatch):
+    from dask.distributed import LocalCluster
+
+    for module in (runner, workers):
+        monkeypatch.setattr(module, "PATIENCE", 0.5)
+    with LocalCluster(n_workers=0, dashboard_address=None, processes=False) as cluster:
+        address = cluster.scheduler_address
+        done = invoke(tmp_path / "sweep", "--scheduler", address)
+    assert done.exit_code == 2 and f"start one with: dask worker {address}" in " ".join(done.stderr.split())
+    assert lines(tmp_path / "sweep") == [",".join(HEADER).encode()]
 
 
 def test_the_example_of_the_help_runs_and_its_page_is_whole(run_kr5, browser, tmp_path):

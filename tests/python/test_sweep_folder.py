@@ -8,7 +8,7 @@ import kr5
 import pytest
 from kr5.files import writing
 
-from kr5_tools.sweep import runner, sweep_file
+from kr5_tools.sweep import sweep_file
 from kr5_tools.sweep.trials import HEADER, Grid, Trial, seed_of
 
 GRID = Grid((15.0,), (0.5,), ("vertical",), ("profile_fit",), "arm", 5)
@@ -115,17 +115,3 @@ def test_bytes_that_are_no_table_are_refused(folder, damage):
     file = folder / "trials.csv"
     file.write_bytes(file.read_bytes() + damage + b"\n")
     assert "trials.csv" in refusal(folder)
-
-
-def test_a_worker_that_dies_as_it_starts_is_told(monkeypatch):
-    distributed = pytest.importorskip("dask.distributed", reason="pip install 'kr5[cluster]'")
-
-    def dies(**_):
-        raise RuntimeError("Nanny failed to start.")
-
-    monkeypatch.setattr(distributed, "LocalCluster", dies)
-    with (
-        pytest.raises(kr5.InvalidArgument, match="--workers 2: a worker ended during its start"),
-        runner.open_cluster(2, None),
-    ):
-        pass

@@ -15,7 +15,8 @@ from kr5_tools.cli.value_list import parse_values
 from kr5_tools.insertion.task import load_cell
 from kr5_tools.sweep.page import table_title, write_sweep_page
 from kr5_tools.sweep.runner import core_count
-from kr5_tools.sweep.trials import Grid, make_setup, run_trial
+from kr5_tools.sweep.sweep_file import SweepFolder
+from kr5_tools.sweep.trials import Grid, Key, make_setup, run_trial
 
 app = typer.Typer()
 
@@ -59,7 +60,7 @@ def insertion(
         typer.Option(
             min=1,
             show_default=False,
-            help="Number of processes on this machine; by default one per core. 1 runs without Dask.",
+            help="Number of processes on this machine; by default one per core.",
         ),
     ] = None,
     scheduler: Annotated[
@@ -124,7 +125,7 @@ def insertion(
     )
 
 
-def begin_sweep(folder: Any, keys: list[Any], to: Console) -> list[Any]:
+def begin_sweep(folder: SweepFolder, keys: list[Key], to: Console) -> list[Key]:
     """What is left to do, and a word on what is done."""
     if folder.note:
         terminal.print_note(f"{folder.note}.")
@@ -138,7 +139,7 @@ def begin_sweep(folder: Any, keys: list[Any], to: Console) -> list[Any]:
     return list(missing)
 
 
-def compare_first_trial(folder: Any, cell: kr5.cell.Cell, grid: Grid) -> None:
+def compare_first_trial(folder: SweepFolder, cell: kr5.cell.Cell, grid: Grid) -> None:
     """Runs one finished trial again: a library that has changed under the same version, or another machine, would mix
     two results."""
     first = min(folder.trials.values(), default=None)

@@ -1,5 +1,6 @@
 """The page of a sweep of insertions (`kr5-sweep/1`): rates and times by tilt and clearance."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +27,7 @@ def write_page(data: ResultData, source: Path, output: Path, png: Path | None) -
     return write_sweep_page(rate_table.rate_tables(trials, grid), grid, source.name, output, png)
 
 
-def table_title(table: dict[str, Any]) -> str:
+def table_title(table: Mapping[str, object]) -> str:
     return f"Tube {'standing' if table['orientation'] == 'vertical' else 'lying'}, strategy {table['strategy']}"
 
 

@@ -37,7 +37,7 @@ def median_time(times: list[float]) -> dict[str, Any]:
     return {"median": float(np.median(ordered)), "low": low, "high": high, "q90": float(np.quantile(ordered, 0.9))}
 
 
-def reason_text(reason: Any) -> str:
+def reason_text(reason: object) -> str:
     """The reason for which a peg is not in; its controller may believe it is."""
     return "wrongly assumed inserted" if str(reason) == "inserted" else str(reason)
 

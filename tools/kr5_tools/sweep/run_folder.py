@@ -5,9 +5,10 @@ import fcntl
 import json
 import os
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Self
+from typing import Self
 
 import kr5
 from kr5.files import results, writing
@@ -28,7 +29,7 @@ class RunFolder(ABC):
     """Results that are finished, and a place for more. One process at a time; a result is on the disk before it
     counts."""
 
-    def __init__(self, path: Path, kind: Kind, described: dict[str, Any]):
+    def __init__(self, path: Path, kind: Kind, described: Mapping[str, object]):
         self.path, self.kind, self.note = path, kind, ""
         self._check_folder()
         path.mkdir(parents=True, exist_ok=True)
@@ -66,7 +67,7 @@ class RunFolder(ABC):
     def __exit__(self, *error: object) -> None:
         self.file.close()
 
-    def _compare(self, wanted: dict[str, Any]) -> None:
+    def _compare(self, wanted: Mapping[str, object]) -> None:
         file = self.path / self.kind.description
         found = results.read_result(file, self.kind.format)
         for name, option in self.kind.options.items():

@@ -1,14 +1,13 @@
-"""Runs what is done in batches, as the trials of a sweep: in this process, on the cores of this machine, or on a Dask
+"""Runs what is done in batches, as the trials of a sweep: in this process, in others of this machine, or on a Dask
 cluster."""
 
 import contextlib
-import importlib.util
-import logging
 import os
-import signal
 import time
-import warnings
+from collections import Counter
 from collections.abc import Callable, Generator, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,10 +16,14 @@ from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsed
 
 from kr5_tools.cli import terminal
 from kr5_tools.sweep.trials import Grid, Key, Trial, run_batch
+from kr5_tools.sweep.workers import PATIENCE, Workers, cluster_workers, local_workers
 
 MOST_IN_BATCH = 8  # some seconds of work: what a killed worker costs
-DEATHS = 20  # workers that may die over one batch before the batch is blamed
+DEATHS = 3  # of workers during one batch before the batch is blamed
 SAY_EVERY = 10.0  # [s] where there is no terminal for a bar
+
+Batch = tuple[Any, ...]  # arguments of a call
+Finished = tuple[str, list[Any]]  # what a call gives: version of the library, results
 
 
 def make_batches(keys: list[Key], workers: int) -> list[list[Key]]:
@@ -34,8 +37,8 @@ class Job:
     """Work that is done in batches, anywhere: `function` of the arguments of a batch gives the version of the library
     and a list of what came of it, whichever process runs it."""
 
-    function: Callable[..., tuple[str, list[Any]]]
-    batches: Callable[[int], list[tuple[Any, ...]]]  # for a number of workers
+    function: Callable[..., Finished]
+    batches: Callable[[int], list[Batch]]  # for a number of workers
     total: int
     doing: str  # beside the bar
     things: str  # what is counted
@@ -46,7 +49,7 @@ def run_trials(
 ) -> None:
     """Runs all trials; `keep` gets them as they are finished."""
 
-    def batches(count: int) -> list[tuple[Any, ...]]:
+    def batches(count: int) -> list[Batch]:
         return [
             (cell, batch, grid.insert_by, grid.seed) for batch in make_batches(keys, count if count > 1 else len(keys))
         ]
@@ -58,7 +61,12 @@ def run_job(job: Job, workers: int, scheduler: str | None, keep: Callable[[list[
     """Runs all of a job; `keep` gets what is finished, batch by batch."""
     if not job.total:
         return
-    finished = on_dask(job, workers, scheduler) if scheduler or workers > 1 else run_in_process(job)
+    if scheduler:
+        finished = run_on_workers(job, cluster_workers(scheduler))
+    elif workers > 1:
+        finished = run_on_workers(job, local_workers(workers))
+    else:
+        finished = run_in_process(job)
     with progress_bar(job) as advance, contextlib.closing(finished):
         for version, results in finished:
             check_version(version, scheduler)
@@ -66,99 +74,42 @@ def run_job(job: Job, workers: int, scheduler: str | None, keep: Callable[[list[
             advance(len(results))
 
 
-def run_in_process(job: Job) -> Generator[tuple[str, list[Any]], None, None]:
+def run_in_process(job: Job) -> Generator[Finished, None, None]:
     for batch in job.batches(1):
         yield job.function(*batch)
 
 
-def on_dask(job: Job, workers: int, scheduler: str | None) -> Generator[tuple[str, list[Any]], None, None]:
-    """Batches as they are finished. A batch whose worker died is run again by another one."""
-    if importlib.util.find_spec("distributed") is None:
+def run_on_workers(job: Job, opened: AbstractContextManager[Workers]) -> Generator[Finished, None, None]:
+    """Batches as they are finished. A batch whose worker died is run again."""
+    with opened as workers:
+        batches = job.batches(max(1, workers.count()))
+        todo, running, deaths = list(reversed(range(len(batches)))), dict[Future[Finished], int](), Counter[int]()
+        while todo or running:
+            while todo and len(running) <= workers.count():  # one more than run, which is at hand
+                number = todo.pop()
+                running[workers.submit(job.function, *batches[number])] = number
+            done, _ = wait(running, timeout=PATIENCE, return_when=FIRST_COMPLETED)
+            if not done:
+                workers.check()
+            for future in done:
+                number = running.pop(future)
+                try:
+                    finished = future.result()
+                except workers.died:
+                    todo.append(number)
+                    deaths[number] += 1
+                    check_deaths(deaths[number], job)
+                else:
+                    yield finished
+
+
+def check_deaths(count: int, job: Job) -> None:
+    """Blames a batch for the end of workers after DEATHS of them."""
+    if count == DEATHS:
         raise kr5.InvalidArgument(
-            "several workers need Dask, which is not installed: pip install 'kr5[cluster]' (or use --workers 1)"
+            f"{DEATHS} workers ended during the same {job.things}; is there enough memory? Finished {job.things} are"
+            " kept, and the same command continues; --workers 1 runs without workers"
         )
-    import dask
-    from dask.distributed import KilledWorker, as_completed
-
-    with (
-        dask.config.set({"distributed.scheduler.allowed-failures": DEATHS}),
-        open_cluster(workers, scheduler) as client,
-    ):
-        count = len(client.ncores()) or workers
-        futures = [client.submit(job.function, *batch, pure=False) for batch in job.batches(count)]
-        for future in as_completed(futures, loop=client.loop):
-            try:
-                yield future.result()
-            except ImportError as error:
-                raise kr5.InvalidArgument(
-                    f"--scheduler {scheduler}: a worker has no kr5 with its simulator and commands ({error}): pip"
-                    " install kr5 where the workers run"
-                ) from error
-            except KilledWorker:
-                raise kr5.InvalidArgument(
-                    f"{DEATHS} workers ended during the same {job.things}; is there enough memory? Finished"
-                    f" {job.things} are kept, and the same command continues"
-                ) from None
-            future.release()
-
-
-@contextlib.contextmanager
-def open_cluster(workers: int, scheduler: str | None) -> Iterator[Any]:
-    """A client of the scheduler named, or of workers of our own, which are gone with it."""
-    from dask.distributed import Client, LocalCluster
-    from distributed.comm import resolve_address
-
-    logging.getLogger("distributed").setLevel(
-        logging.ERROR
-    )  # a worker that dies is replaced, and not the user's concern
-    if scheduler:
-        try:
-            resolve_address(scheduler)  # a client that fails at this takes long to go
-            client = Client(scheduler, timeout="10s", set_as_default=False)
-        except (OSError, ValueError, TimeoutError) as error:
-            raise kr5.InvalidArgument(
-                f"--scheduler {scheduler}: there is no scheduler ({error}); start one with `dask scheduler`, and"
-                " workers with `dask worker ADDRESS`"
-            ) from error
-        with client:
-            if not client.ncores():
-                warnings.warn(
-                    f"{scheduler} has no worker yet; waiting for one, start it with: dask worker {scheduler}",
-                    kr5.Caution,
-                    stacklevel=2,
-                )
-            yield client
-        return
-    # Where Ctrl-C ends this process at once, a helper of Python's would complain of what the workers leave to it.
-    os.environ.setdefault("PYTHONWARNINGS", "ignore::UserWarning:multiprocessing.resource_tracker")
-    with ignore_sigint():
-        try:
-            own = LocalCluster(
-                n_workers=workers,
-                threads_per_worker=1,
-                processes=True,
-                dashboard_address=None,
-                memory_limit=0,
-                silence_logs=logging.ERROR,
-            )
-        except (RuntimeError, OSError, TimeoutError) as error:  # "Nanny failed to start"
-            raise kr5.InvalidArgument(
-                f"--workers {workers}: a worker ended during its start ({error}); is there enough memory for this"
-                " number? The same command continues; --workers 1 runs without workers"
-            ) from error
-    with own, Client(own, set_as_default=False) as client:
-        yield client
-
-
-@contextlib.contextmanager
-def ignore_sigint() -> Iterator[None]:
-    """Processes that are started inside do not hear Ctrl-C, which a terminal sends to all of them: this one ends
-    them."""
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
 
 
 def check_version(found: str, scheduler: str | None) -> None:

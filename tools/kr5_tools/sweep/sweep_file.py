@@ -35,8 +35,6 @@ SWEEP = Kind(
 
 def cell_text(cell: kr5.cell.Cell) -> str:
     """The cell as one text, which every form of it gives alike."""
-    import kr5.cell
-
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "cell.yaml"
         kr5.cell.save_cell(cell, file)
@@ -115,7 +113,7 @@ class SweepFolder(RunFolder):
         self._append_rows([astuple(trial) for trial in trials])
         self.trials |= {trial.key: trial for trial in trials}
 
-    def _append_rows(self, rows: list[tuple[Any, ...]]) -> None:
+    def _append_rows(self, rows: list[tuple[object, ...]]) -> None:
         text = io.StringIO()
         csv.writer(text, lineterminator="\n").writerows(rows)
         self._append(text.getvalue().encode())

@@ -55,7 +55,7 @@ class Trial(Key):
     time: float  # [s]
     depth: float  # [m]
     hole_error: float  # [m]
-    greatest_force: float  # [N]
+    max_force: float  # [N]
 
     @property
     def key(self) -> Key:
@@ -98,7 +98,7 @@ def check_trial(trial: Trial, grid: Grid) -> None:
         "time",
         "depth",
         "hole_error",
-        "greatest_force",
+        "max_force",
     ):  # some are NaN where nothing was inserted
         if math.isinf(getattr(trial, name)):
             raise ValueError(f"{name}: found {getattr(trial, name)}, expected a finite number")
@@ -148,7 +148,7 @@ def run_trial(cell: kr5.cell.Cell, key: Key, insert_by: str, seed: int) -> Trial
         time=peg.time,
         depth=peg.depth,
         hole_error=peg.hole_error,
-        greatest_force=peg.greatest_force,
+        max_force=peg.max_force,
     )
 
 

@@ -1,0 +1,113 @@
+"""Processes of this machine that run functions. One that is killed is replaced, and only its call is lost; Python's own
+pool loses all calls then, and can hang."""
+
+import contextlib
+import multiprocessing
+import queue
+import signal
+import traceback
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from multiprocessing.connection import Connection
+from typing import Any
+
+SPAWN = multiprocessing.get_context("spawn")
+
+
+class WorkerDied(Exception):
+    """The process ended during a call."""
+
+
+class Process:
+    """One that runs a call at a time."""
+
+    def __init__(self) -> None:
+        self._connection, theirs = SPAWN.Pipe()
+        self._process = SPAWN.Process(target=_serve, args=(theirs,), daemon=True)
+        self._process.start()
+        theirs.close()  # so that the end of the process is the end of the pipe
+
+    def call(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
+        try:
+            self._connection.send((function, arguments))
+            result, error = self._connection.recv()
+        except (EOFError, OSError):
+            self.end()  # the pipe may end a moment before the process
+            raise WorkerDied from None
+        if error is not None:
+            raise error
+        return result
+
+    def is_alive(self) -> bool:
+        return self._process.is_alive()
+
+    def end(self) -> None:
+        self._process.terminate()
+        self._process.join()
+
+
+class Processes:
+    """As many calls at once as there are processes."""
+
+    def __init__(self, count: int) -> None:
+        self._idle: queue.SimpleQueue[Process] = queue.SimpleQueue()
+        self._all: list[Process] = []
+        self._threads = ThreadPoolExecutor(count)
+        try:
+            with _ignore_sigint():
+                for _ in range(count):
+                    self._idle.put(self._begin())
+        except OSError:
+            self.end()
+            raise
+
+    def submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
+        """The call gives what the function gives, or raises WorkerDied."""
+        return self._threads.submit(self._call, function, arguments)
+
+    def end(self) -> None:
+        """Ends all processes, also in the middle of a call."""
+        self._threads.shutdown(wait=False, cancel_futures=True)
+        for process in self._all:
+            process.end()
+        self._threads.shutdown()
+
+    def _begin(self) -> Process:
+        process = Process()
+        self._all.append(process)
+        return process
+
+    def _call(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
+        process = self._idle.get()
+        try:
+            if not process.is_alive():
+                process = self._begin()
+            return process.call(function, arguments)
+        finally:
+            self._idle.put(process)
+
+
+def _serve(connection: Connection) -> None:
+    """Runs what is asked for until the pipe ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    with contextlib.suppress(EOFError, OSError):
+        while True:
+            function, arguments = connection.recv()
+            result, problem = None, None
+            try:
+                result = function(*arguments)
+            except Exception as error:  # raised again by the process that asked
+                error.add_note(traceback.format_exc())
+                problem = error
+            connection.send((result, problem))
+
+
+@contextlib.contextmanager
+def _ignore_sigint() -> Iterator[None]:
+    """Processes that are started inside do not hear Ctrl-C, which a terminal sends to all of them: this one ends
+    them."""
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
