@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/QR>
 #include <Eigen/SVD>
 
 namespace kr5 {
@@ -15,6 +16,10 @@ SymmetricEigen symmetric_eigen(const Eigen::Ref<const Eigen::MatrixXd>& A) {
 
 Eigen::VectorXd singular_values(const Eigen::Ref<const Eigen::MatrixXd>& A) {
   return Eigen::JacobiSVD<Eigen::MatrixXd>(A).singularValues();
+}
+
+Eigen::VectorXd least_squares(const Eigen::Ref<const Eigen::MatrixXd>& A, const Eigen::Ref<const Eigen::VectorXd>& b) {
+  return Eigen::ColPivHouseholderQR<Eigen::MatrixXd>(A).solve(b);
 }
 
 Eigen::MatrixXd covariance_of(const Eigen::MatrixXd& information, double rank_tolerance) {

@@ -85,6 +85,10 @@ Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& M) {
   return svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
 }
 
+Eigen::Matrix3d rotation_from_z(const Eigen::Vector3d& direction) {
+  return Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), direction).toRotationMatrix();
+}
+
 bool is_rotation(const Eigen::Matrix3d& R, double tolerance) {
   return R.allFinite() && (R.transpose() * R - Eigen::Matrix3d::Identity()).norm() < tolerance && R.determinant() > 0;
 }

@@ -21,6 +21,10 @@ SymmetricEigen symmetric_eigen(const Eigen::Ref<const Eigen::MatrixXd>& A);
 /// Singular values, in descending order.
 Eigen::VectorXd singular_values(const Eigen::Ref<const Eigen::MatrixXd>& A);
 
+/// x of the least |A x - b|, by a QR decomposition with column pivoting; of directions that A leaves open, none is
+/// used.
+Eigen::VectorXd least_squares(const Eigen::Ref<const Eigen::MatrixXd>& A, const Eigen::Ref<const Eigen::VectorXd>& b);
+
 /// Inverse of a symmetric positive semidefinite information matrix, each coordinate scaled by its own information.
 /// Combinations of coordinates that keep less than rank_tolerance of their sensitivity, and coordinates of which
 /// nothing is known, get none: what the pseudo-inverse gives.
