@@ -62,12 +62,11 @@ inline Eigen::MatrixXd efforts_of(const cell::Cell& arm, const Eigen::VectorXd& 
   e.name = "motion";
   e.joint_reference = cell::JointReference::Measured;
   e.data.columns = {"t"};
-  e.data.values.resize(t.size(), 1 + logged_joints);
+  for (const char* family : {"qc", "tau"})  // joint torques are shown beside currents where they are recorded
+    for (int j = 0; j < logged_joints; ++j) e.data.columns.push_back(family + std::to_string(j + 1));
+  e.data.values = Eigen::MatrixXd::Zero(t.size(), 1 + 2 * logged_joints);
   e.data.values.col(0) = t;
-  for (int j = 0; j < logged_joints; ++j) {
-    e.data.columns.push_back("qc" + std::to_string(j + 1));
-    e.data.values.col(j + 1) = q.col(j);
-  }
+  e.data.values.middleCols(1, logged_joints) = q;
   const io::Table shown = predict::FastSimulator().predict(arm, e);
   Eigen::MatrixXd out(t.size(), logged_joints);
   for (int j = 0; j < logged_joints; ++j) out.col(j) = shown.column("tau" + std::to_string(j + 1));

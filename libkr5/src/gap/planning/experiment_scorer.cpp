@@ -78,11 +78,11 @@ class SimulatedProposal {
     return experiment_.kind != cell::Kind::Motion || strong_enough(first.cell, first.experiments.front().data, most);
   }
 
-  Separations separation(bool with_scatter) const {
+  Separations separation(bool with_nuisance) const {
     const std::size_t n = data_.size();
     std::vector<Eigen::MatrixXd> J;
     for (std::size_t m = 0; m < n; ++m) J.push_back(jacobian(m));
-    const Eigen::MatrixXd N = with_scatter ? scatter() : Eigen::MatrixXd(data_.front().size, 0);
+    const Eigen::MatrixXd N = with_nuisance ? nuisance_directions() : Eigen::MatrixXd(data_.front().size, 0);
     Separations least;
     least.fill(1e300);
     for (std::size_t i = 0; i < n; ++i)
@@ -138,7 +138,7 @@ class SimulatedProposal {
     return J;
   }
 
-  Eigen::MatrixXd scatter() const {
+  Eigen::MatrixXd nuisance_directions() const {
     const ComparisonData& data = data_.front();
     const NuisanceModel all = make_nuisance_model(data, Eigen::VectorXd::Zero(data.size), 1);
     Eigen::MatrixXd N(data.size, static_cast<Eigen::Index>(all.signatures.size()));
@@ -176,7 +176,7 @@ class SimulatedProposal {
       Eigen::MatrixXd normal = A.topLeftCorner(n + m, n + m);
       normal.topLeftCorner(n, n) += scorer_.fitted[j].information;
       normal.diagonal().head(n).array() += 1 / (prior_width * prior_width);
-      normal.diagonal().tail(m).array() += 1 / (scorer_.scatter * scorer_.scatter);
+      normal.diagonal().tail(m).array() += 1 / (scorer_.nuisance_std * scorer_.nuisance_std);
       const Eigen::VectorXd b = A.col(n + m).head(n + m);
       out[k] = std::sqrt(std::max(A(n + m, n + m) - b.dot(normal.ldlt().solve(b)), 0.0));
     }
@@ -218,7 +218,7 @@ Eigen::VectorXd highest_current(const cell::Recording& recording) {
   return out;
 }
 
-std::optional<Score> ExperimentScorer::score(Proposal& proposal, bool with_scatter) const try {
+std::optional<Score> ExperimentScorer::score(Proposal& proposal, bool with_nuisance) const try {
   const cell::Cell& cell = data.recording->cell;
   const ToolSimulator simulator(*data.simulator, tools_of(cell, proposal));
   io::Table nominal = simulator.predict_unchecked(cell, proposal.experiment);
@@ -227,7 +227,7 @@ std::optional<Score> ExperimentScorer::score(Proposal& proposal, bool with_scatt
   if (proposal.experiment.data.values.rows() != rows) nominal = simulator.predict_unchecked(cell, proposal.experiment);
   const SimulatedProposal simulated(*this, proposal, simulator, nominal);
   if (!simulated.compares() || !simulated.strong(highest_current)) return std::nullopt;
-  return Score{simulated.separation(with_scatter && scatter > 0), simulated.forecast()};
+  return Score{simulated.separation(with_nuisance && nuisance_std > 0), simulated.forecast()};
 } catch (const InvalidArgument&) {
   return std::nullopt;  // the cell lacks a part that such an experiment needs
 }

@@ -27,13 +27,13 @@ struct Score {
 struct ExperimentScorer {
   const ComparisonData& data;
   const std::vector<Fitted>& fitted;
-  double scatter = 0.004;
+  double nuisance_std = 0.004;
   double accuracy = 0.02;
   Eigen::VectorXd highest_current;  ///< [A]; empty: not known.
 
   /// Nothing, when the simulator cannot show such an experiment, it would ask too much of the drives, or the sensors
   /// would not see it. Rows that the camera does not see are taken out of the proposal.
-  std::optional<Score> score(Proposal& proposal, bool with_scatter) const;
+  std::optional<Score> score(Proposal& proposal, bool with_nuisance) const;
 
   /// Separation when the wrong alternative is fitted to the recording and the proposal together, through the simulator.
   double confirmed(const FitContext& context, const Proposal& proposal) const;

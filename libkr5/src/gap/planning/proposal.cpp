@@ -53,11 +53,12 @@ Proposal repeat_experiment(const Family& family, const cell::Experiment& e, cons
     }
   out.experiment.data.values = whole.data.values(Eigen::all, at);
   if (const int t = out.experiment.data.find("t"); t >= 0) {
-    auto clock = out.experiment.data.values.col(t);
+    const Eigen::VectorXd clock = out.experiment.data.values.col(t);
     out.seconds += clock.maxCoeff() - clock.minCoeff();
-    const double lead_in = e.data.column("t")(0) - clock(0);
-    clock.array() += end_time_of(family.recording, e.kind) + set_up - clock.minCoeff();
-    out.experiment = cell::split_lead_in(out.experiment, lead_in);
+    out.experiment = cell::split_lead_in(out.experiment, e.data.column("t")(0) - clock(0));
+    const double later = end_time_of(family.recording, e.kind) + set_up - clock.minCoeff();
+    for (io::Table* part : {&out.experiment.lead_in, &out.experiment.data})
+      if (part->values.rows() > 0) part->values.col(t).array() += later;
   }
   return out;
 }
