@@ -99,7 +99,7 @@ void BinScannerOptions::validate() const {
   positive(width, "width"), positive(stand_off, "stand_off"), positive(pitch, "pitch"), positive(speed, "speed");
   require(near >= 0.0 && std::isfinite(far) && far > near, "far: must be more than near, and near not negative");
   require(std::isfinite(baseline) && baseline != 0.0, "baseline: must not be 0");
-  require(std::isfinite(lag), "lag: must be finite");
+  require(std::isfinite(delay), "delay: must be finite");
   require(std::isfinite(noise) && noise >= 0.0, "noise: must not be negative");
   angle(grazing, "grazing"), angle(specular, "specular");
   require(streaks >= 0.0 && streaks <= 1.0, "streaks: must be 0 to 1");
@@ -147,7 +147,7 @@ BinScan scan_bin(const PelletScene& scene, const ScanPath& path, const BinScanne
   out.seen = alone;
   std::vector<BinHit> hits;
   for (Index k = 0; k < profiles; ++k) {
-    const Pose T_bin_scanner = T_bin_base * pose_at(path, path.times[k] - scanner.lag) * scanner.T_flange_scanner;
+    const Pose T_bin_scanner = T_bin_base * pose_at(path, path.times[k] - scanner.delay) * scanner.T_flange_scanner;
     const BinLaser laser(rays, scanner, T_bin_scanner);
     for (Index i = 0; i < slopes.size(); ++i) {
       const Vector3d ray = Vector3d(slopes[i], 0.0, 1.0).normalized(), direction = T_bin_scanner.linear() * ray;

@@ -31,14 +31,14 @@ const std::array<CosSin, rim_points>& rim_angles() {
   return table;
 }
 
-struct Candidate {
+struct SurfaceGap {
   Vector3d point;
   double gap;
   int feature;
 };
 
-struct Candidates {
-  std::array<Candidate, most_candidates> all;
+struct SurfaceGaps {
+  std::array<SurfaceGap, most_candidates> all;
   int count = 0;
 
   void add(const Vector3d& point, double gap, int feature) {
@@ -47,7 +47,7 @@ struct Candidates {
 };
 
 /// The deepest, then always the one that is farthest from those taken; what is further apart counts for less.
-ContactPatch choose(const Candidates& candidates, const Vector3d& normal, double radius) {
+ContactPatch choose(const SurfaceGaps& candidates, const Vector3d& normal, double radius) {
   constexpr double gap_weight = 5.0;
   ContactPatch patch;
   if (candidates.count == 0) return patch;
@@ -59,12 +59,12 @@ ContactPatch choose(const Candidates& candidates, const Vector3d& normal, double
     if (candidates.all[k].gap < candidates.all[next].gap) next = k;
   const double least = candidates.all[next].gap;
   while (patch.count < ContactPatch::capacity) {
-    const Candidate& taken = candidates.all[next];
+    const SurfaceGap& taken = candidates.all[next];
     patch.contacts[static_cast<std::size_t>(patch.count++)] = {taken.point, normal, taken.gap, taken.feature};
     double most = -std::numeric_limits<double>::infinity();
     std::size_t farthest = 0;
     for (std::size_t k = 0; k < count; ++k) {
-      const Candidate& c = candidates.all[k];
+      const SurfaceGap& c = candidates.all[k];
       distance[k] = std::min(distance[k], (c.point - taken.point).norm());
       const double worth = distance[k] - gap_weight * (c.gap - least);
       if (distance[k] > 0.1 * radius && worth > most) most = worth, farthest = k;
@@ -165,7 +165,7 @@ double deepest_angle(int sample, const auto& gap) {
 
 /// Points of the rims of `a` that face `b`; n is the normal towards `a`.
 void add_rims(const CylinderBody& a, const CylinderBody& b, const Vector3d& n, double margin, int feature,
-              Candidates& out) {
+              SurfaceGaps& out) {
   const Vector3d n_b = b.rotation.transpose() * n, across = n.cross(b.rotation.col(2));
   const Eigen::Matrix3d R_b_a = b.rotation.transpose() * a.rotation;
   const Vector3d t_b_a = b.rotation.transpose() * (a.centre - b.centre);
@@ -208,7 +208,7 @@ void add_rims(const CylinderBody& a, const CylinderBody& b, const Vector3d& n, d
 }
 
 /// The place of least distance where it is neither a rim on a face nor a rim on a side: sides that cross, or rims.
-void add_witness(const CylinderBody& a, const CylinderBody& b, const Vector3d& n, double gap, Candidates& out) {
+void add_witness(const CylinderBody& a, const CylinderBody& b, const Vector3d& n, double gap, SurfaceGaps& out) {
   const Vector3d za = a.rotation.col(2), zb = b.rotation.col(2), between = a.centre - b.centre;
   const double na = n.dot(za), nb = n.dot(zb);
   const bool rim_a = std::abs(na) > 1e-3 && std::abs(na) < 1.0 - 1e-6;
@@ -253,7 +253,7 @@ ContactPatch cylinder_contacts(const CylinderBody& a, const CylinderBody& b, dou
   double gap;
   const Vector3d n = widest_gap(a, b, margin, gap);
   if (gap > margin) return {};
-  Candidates candidates;
+  SurfaceGaps candidates;
   add_witness(a, b, n, gap, candidates);
   add_rims(a, b, n, margin, 2, candidates);
   add_rims(b, a, -n, margin, 2 + 2 * rim_candidates, candidates);

@@ -32,7 +32,7 @@ class HeldPeg {
   const Pose& pose() const { return T_; }
   /// What the peg does to the grip: force, and torque about the bottom of the held pose [N, N m].
   const Vector6& on_grip() const { return on_grip_; }
-  double greatest_force() const { return greatest_; }
+  double max_force() const { return greatest_; }
   void forget_greatest() { greatest_ = 0.0; }
   /// The grip still has hold of it, or guides it.
   bool gripped() const { return there_ && slid_ < grip_.guide; }

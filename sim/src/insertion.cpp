@@ -134,7 +134,7 @@ class Task {
     const Vector3d bottom = arm_.peg().pose().translation();
     out.depth = -bottom.z();
     out.inserted = out.depth >= most_of * options_.motion.depth && bottom.head<2>().norm() < cell_.tube->inner_radius;
-    out.greatest_force = arm_.peg().greatest_force();
+    out.max_force = arm_.peg().max_force();
     return out;
   }
 

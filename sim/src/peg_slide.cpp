@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include <kr5/core/error.hpp>
+#include <kr5/geometry/pose.hpp>
 #include <kr5/physics/tube.hpp>
 
 namespace kr5::sim {
@@ -17,9 +18,7 @@ constexpr double stiffest = 1e11;          // whose steps are still long enough 
 constexpr double resolving_step = 2.5e-4;  // step that resolves the tool on that stiffness [s]
 constexpr double closing_damping = 200.0;  // Hunt-Crossley: a third of critical damping at 15 N [s/m]
 
-Pose slide_along(const Vector3d& axis) {
-  return Pose(Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), axis).toRotationMatrix());
-}
+Pose slide_along(const Vector3d& axis) { return Pose(rotation_from_z(axis)); }
 
 }  // namespace
 

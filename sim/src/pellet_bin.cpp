@@ -8,6 +8,7 @@
 
 #include <kr5/core/error.hpp>
 #include <kr5/core/random.hpp>
+#include <kr5/geometry/pose.hpp>
 
 #include "cylinder_contact.hpp"
 #include "pile_dynamics.hpp"
@@ -69,8 +70,7 @@ class Pour {
       pellet.height = random_.uniform(options_.height_min, options_.height_max);
       const double x = place(k % across_, across_, turn_x), y = place(k / across_, along_, turn_y);
       pellet.T_bin_pellet.translation() = Vector3d(x, y, floor + 0.5 * spacing_);
-      pellet.T_bin_pellet.linear() =
-          Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), random_.direction()).toRotationMatrix();
+      pellet.T_bin_pellet.linear() = rotation_from_z(random_.direction());
       pile.add(pellet);
     }
   }
@@ -139,7 +139,7 @@ void RemovalOptions::validate() const {
   require(std::isfinite(pull) && pull >= 0.0, "pull: must not be negative");
   require_positive(slip, "slip");
   require_positive(cup_radius, "cup_radius");
-  require_positive(moved_least, "moved_least");
+  require_positive(min_moved, "min_moved");
 }
 
 SettledPile pour_pellets(const BinShape& bin, const PourOptions& pour, const PileOptions& options,
@@ -198,7 +198,7 @@ bool pull_out(PileDynamics& pile, int body, const Vector3d& along, double lift, 
 }
 
 /// What became of the pellets of `before`, of which number `pellet` was pulled.
-void describe(const PileDynamics& pile, const PelletScene& before, int pellet, double moved_least, Removal& out) {
+void describe(const PileDynamics& pile, const PelletScene& before, int pellet, double min_moved, Removal& out) {
   const int count = static_cast<int>(before.pellets.size());
   out.shift = out.turn = Eigen::VectorXd::Zero(count);
   out.scene.bin = before.bin;
@@ -209,7 +209,7 @@ void describe(const PileDynamics& pile, const PelletScene& before, int pellet, d
     const Vector3d a = was.linear().col(2), b = after.T_bin_pellet.linear().col(2);
     out.shift[i] = (after.T_bin_pellet.translation() - was.translation()).norm();
     out.turn[i] = std::atan2(a.cross(b).norm(), std::abs(a.dot(b)));
-    if (out.shift[i] > moved_least) out.moved.push_back(i);
+    if (out.shift[i] > min_moved) out.moved.push_back(i);
     out.scene.pellets.push_back(after);
   }
   out.state = pile.state();
@@ -236,7 +236,7 @@ Removal remove_pellet(const PelletScene& scene, int pellet, const Vector3d& appr
   pile.release();
   if (out.removed) pile.remove(pellet);
   run_to_rest(pile, pile.time() + options.timeout, {});
-  describe(pile, scene, pellet, removal.moved_least, out);
+  describe(pile, scene, pellet, removal.min_moved, out);
   return out;
 }
 

@@ -250,6 +250,6 @@ TEST_CASE("options out of range are refused by name") {
   CHECK_THROWS_WITH(LevenbergMarquardt<2>({.max_iterations = -1}), Catch::Contains("max_iterations"));
   CHECK_THROWS_WITH(LevenbergMarquardt<2>({.tolerance = 0}), Catch::Contains("tolerance"));
   CHECK_THROWS_WITH(LevenbergMarquardt<2>({.sigma = -1}), Catch::Contains("sigma"));
-  CHECK_THROWS_WITH(LevenbergMarquardt<2>({.least_sigma = 0}), Catch::Contains("least_sigma"));
+  CHECK_THROWS_WITH(LevenbergMarquardt<2>({.min_sigma = 0}), Catch::Contains("min_sigma"));
   CHECK_THROWS_WITH(LevenbergMarquardt<2>({.initial_damping = -1}), Catch::Contains("initial_damping"));
 }

@@ -27,7 +27,7 @@ namespace {
 constexpr double cycle = 0.012, mm = 1e-3, no_number = std::numeric_limits<double>::quiet_NaN();
 
 /// Greatest force of a move that is told of it late and then brakes.
-double greatest_force(const GuardedMoveOptions& options, double gap) {
+double max_force(const GuardedMoveOptions& options, double gap) {
   GuardedMove move(options);
   constexpr double dt = 1e-4;
   std::deque<double> late(static_cast<std::size_t>(options.delay / dt), 0.0);
@@ -89,9 +89,9 @@ TEST_CASE("a guarded move touches no harder than it may, however far the way is 
     options.stiffness = random.uniform(5e3, 1e5);
     options.delay = random.uniform(0.02, 0.15);
     options.acceleration = random.uniform(0.05, 1.0);
-    CHECK(greatest_force(options, random.uniform(0, 0.02)) < options.max_force * 1.001 + options.stiffness * 2e-6);
+    CHECK(max_force(options, random.uniform(0, 0.02)) < options.max_force * 1.001 + options.stiffness * 2e-6);
     options.contact_speed = 10.0;  // a faster wish is cut to the safe speed
-    CHECK(greatest_force(options, 0.01) < options.max_force * 1.001 + options.stiffness * 2e-6);
+    CHECK(max_force(options, 0.01) < options.max_force * 1.001 + options.stiffness * 2e-6);
   }
 }
 

@@ -40,7 +40,7 @@ Diagnosis full() {
                        true};
   d.nearest = {{"backlash", "joint1", 3.5, NotBlamed::StructureRemains, "motion.i3", {VariableKind::JointPosition, 1}}};
   d.not_tried = {{"payload", {}, NotTried::PartMissing, "tool"}, {"tool_delay", {"servo"}, NotTried::NotRecorded}};
-  d.scatter = 0.004;
+  d.nuisance_std = 0.004;
   d.scope = {{ScopeReason::FewRows, cell::Kind::Poses, "poses-1", 4}, {ScopeReason::OneKind, cell::Kind::Motion}};
   d.noise = {{"force", cell::Kind::Press, 1.0 / 1.5, 0.02}, {"current", std::nullopt, 1.234567890123, 0.01}};
   d.clock_faults = {{"wrench", {cell::Kind::Press, cell::Kind::Profile}, -0.0065, 0.00025}};
@@ -80,7 +80,7 @@ const std::string old_file = R"({
  "next_experiment": {"separates": ["stribeck_friction joint2", "payload tool"], "do": "run the motion faster"},
  "nearest": [{"effect": "backlash", "target": "joint1", "gap": 3.0, "reason": "it fits the check experiments worse"}],
  "not_tried": [{"effect": "payload", "targets": [], "reason": "the cell has no tool"}],
- "scatter": 0.004, "scope": ["motion-1 commands no motion"],
+ "nuisance_std": 0.004, "scope": ["motion-1 commands no motion"],
  "warnings": ["noise of current is 1.10 +- 0.01 times what the cell declares; the measured noise is used"]})";
 
 }  // namespace

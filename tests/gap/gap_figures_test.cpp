@@ -54,11 +54,11 @@ TEST_CASE("the floor is the gap of noise alone, once in a thousand columns") {
 TEST_CASE("where an error is known, a column is above the noise of its sensor by more than that is uncertain") {
   World world(recorded({0, 0}, {1.0, 1.0}));
   const std::vector<gap::Group> groups = gap::make_groups(world.data);
-  const auto above = [&](double widening, double rms) {
-    for (gap::Block& block : world.data.blocks) block.widening = widening;
+  const auto above = [&](double inflation, double rms) {
+    for (gap::Block& block : world.data.blocks) block.inflation = inflation;
     return gap::above_noise(world.data, groups[0], rms * world.base);
   };
-  CHECK(gap::widening_of(world.data, groups[0]) == 1.0);
+  CHECK(gap::inflation_of(world.data, groups[0]) == 1.0);
   CHECK_FALSE(above(1.0, 1.2));
   CHECK(above(1.0, 1.3));         // sqrt of 1.494
   CHECK_FALSE(above(2.0, 0.49));  // an error stated far above what is seen: not judged

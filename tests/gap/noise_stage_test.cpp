@@ -63,10 +63,10 @@ TEST_CASE("a known error counts as noise beside that of the sensor, in its colum
   CHECK(after.excused[0].column == "motion.i2");
   for (std::size_t b = 0; b < after.data.blocks.size(); ++b) {
     const gap::Block& block = after.data.blocks[b];
-    const double widening = block.column == "i2" ? std::sqrt(5.0) : 1.0;
-    CHECK(block.widening == Approx(widening));
-    CHECK(block.sigma == Approx(widening));
-    CHECK((block.rows_of(after.base) * widening - block.rows_of(before.base)).norm() < 1e-9);
+    const double inflation = block.column == "i2" ? std::sqrt(5.0) : 1.0;
+    CHECK(block.inflation == Approx(inflation));
+    CHECK(block.sigma == Approx(inflation));
+    CHECK((block.rows_of(after.base) * inflation - block.rows_of(before.base)).norm() < 1e-9);
   }
   options.simulator_errors = {{"motion.i9", 2.0}};
   CHECK_THROWS_WITH(gap::noise_stage(before, options),

@@ -49,7 +49,7 @@ TEST_CASE("a quiet diagnosis has no notes, and every finding has one") {
   says("max_effects: 6");
   d.noise = {{"pose_position", cell::Kind::Poses, 1.234, 0.056}};
   says("pose position in poses 1.23 ± 0.06");
-  d.scatter = 0.004;
+  d.nuisance_std = 0.004;
   says("by about 0.4 %, friction by 0.8 %");
   CHECK(joined(d, false).find("that of neighbouring rows") != std::string::npos);
 }

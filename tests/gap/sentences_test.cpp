@@ -199,10 +199,10 @@ TEST_CASE("notes tell what a recording is like, and what that means") {
         "and pose position 1.50 ± 0.01.");
   CHECK(notes(d, false)[3].text.find("that of neighbouring rows") != std::string::npos);
   CHECK(warnings(d).size() == 4);
-  d.scatter = 0.004;  // how to read a result is no warning
+  d.nuisance_std = 0.004;  // how to read a result is no warning
   CHECK(warnings(d).size() == 4);
   CHECK(notes(d).back().text.find("uncertain by about 0.4 %, friction by 0.8 %") != std::string::npos);
-  d.scatter = 0.0;
+  d.nuisance_std = 0.0;
   d.clock_faults = {{"positions", {Kind::Motion}, 0.002, 0.0001}};
   CHECK(warnings(d).front() == "The joint angles were logged 2.00 ± 0.10 ms late relative to the other columns.");
   CHECK(notes(d).size() == 4);

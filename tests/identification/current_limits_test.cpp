@@ -111,11 +111,11 @@ TEST_CASE("the margin for a contact force is the one with which that force is ju
   PassiveLimitOptions options{.margin = 0.2};
   options.contact_force = world.limits(options).yield_force.maxCoeff();
   options.margin = 0.7;  // of no influence
-  CHECK(world.limits(options).greatest_margin == Approx(0.2).epsilon(1e-6));
+  CHECK(world.limits(options).max_margin == Approx(0.2).epsilon(1e-6));
   options.contact_force = 1.0;  // less than friction alone holds
-  CHECK(world.limits(options).greatest_margin < 0.0);
+  CHECK(world.limits(options).max_margin < 0.0);
   options.contact_force = 0.0;
-  CHECK(std::isinf(world.limits(options).greatest_margin));
+  CHECK(std::isinf(world.limits(options).max_margin));
 }
 
 TEST_CASE("limits grow by what gravity may be off") {

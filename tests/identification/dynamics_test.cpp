@@ -700,7 +700,7 @@ TEST_CASE("samples about rest do not draw dry friction, when they are left out")
     for (Eigen::Index i = 0; i < 3; ++i) motion.qd(k, i) += random.normal(0.005);
   DynamicsOptions options = with(Estimator::Weighted);
   const DynamicsResult all = identify_dynamics(motion, truth.model, options);
-  options.least_speed = 0.04;
+  options.min_speed = 0.04;
   const DynamicsResult moving = identify_dynamics(motion, truth.model, options);
   for (int i = 1; i <= 3; ++i) {
     const std::string name = "fc" + std::to_string(i);
@@ -710,8 +710,8 @@ TEST_CASE("samples about rest do not draw dry friction, when they are left out")
     CHECK(moving.parameter(name)->second < 0.02 * level);
     CHECK(all.parameter(name)->first < level - 5 * all.parameter(name)->second);
   }
-  options.least_speed = 1.0;
-  CHECK_THROWS_WITH(identify_dynamics(motion, truth.model, options), Contains("least_speed must be"));
+  options.min_speed = 1.0;
+  CHECK_THROWS_WITH(identify_dynamics(motion, truth.model, options), Contains("min_speed must be"));
 }
 
 TEST_CASE("a joint that never moved is named, and the estimate may not be used") {

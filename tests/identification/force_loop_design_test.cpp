@@ -147,12 +147,12 @@ TEST_CASE("the recommended gain keeps to overshoot and margin over the range, a 
     CAPTURE(name_of(correction), loop.gain);
     REQUIRE(loop.gain > 0);
     for (const ForceLoopPoint& point : design_force_loop(book, loop, options).range) {
-      CHECK(point.overshoot <= options.greatest_overshoot + 1e-6);
-      CHECK(point.gain_margin >= options.least_gain_margin - 1e-6);
+      CHECK(point.overshoot <= options.max_overshoot + 1e-6);
+      CHECK(point.gain_margin >= options.min_gain_margin - 1e-6);
     }
     loop.gain *= 1.05;
     const ForceLoopPoint worst = design_force_loop(book, loop, options).range.back();
-    CHECK((worst.overshoot > options.greatest_overshoot || worst.gain_margin < options.least_gain_margin));
+    CHECK((worst.overshoot > options.max_overshoot || worst.gain_margin < options.min_gain_margin));
   }
 }
 

@@ -61,7 +61,7 @@ struct SlowWorld {
 
 cell::Cell kuka() { return cell::load_cell(KR5_SHARE_DIR "/cells/kr5_arc.yaml"); }
 
-const GravityOptions fast_enough{.greatest_speed = 2.0};
+const GravityOptions fast_enough{.max_speed = 2.0};
 
 VectorXd drawn(Random& random, Index n) {
   return VectorXd::NullaryExpr(n, [&] { return random.uniform(-2.0, 2.0); });
@@ -225,8 +225,7 @@ TEST_CASE("the error on the samples held out is that of the noise") {
 TEST_CASE("slow motion that tells no gravity is named") {
   SlowWorld world(kuka());
   const JointMotion sound = world.motion(0.0, 1);
-  CHECK_THAT(identify_gravity(world.chain, sound, {.greatest_speed = 0.006}).fit.message,
-             Contains("no joint moves slowly"));
+  CHECK_THAT(identify_gravity(world.chain, sound, {.max_speed = 0.006}).fit.message, Contains("no joint moves slowly"));
   JointMotion motion = sound;
   motion.qd.col(2) = motion.qd.col(2).cwiseAbs();
   GravityResult result = identify_gravity(world.chain, motion, fast_enough);
@@ -237,7 +236,7 @@ TEST_CASE("slow motion that tells no gravity is named") {
   CHECK_THROWS_WITH(identify_gravity(world.chain, motion, fast_enough), Contains("tau: row 3, joint 2"));
   world.chain.joints.pop_back();
   CHECK_THROWS_WITH(identify_gravity(world.chain, sound, fast_enough), Contains("motion.q: found 6, expected one a"));
-  CHECK_THROWS_WITH(GravityOptions{.least_speed = 0.0}.validate(), Contains("least_speed"));
-  CHECK_THROWS_WITH(GravityOptions{.greatest_speed = 0.001}.validate(), Contains("greatest_speed"));
+  CHECK_THROWS_WITH(GravityOptions{.min_speed = 0.0}.validate(), Contains("min_speed"));
+  CHECK_THROWS_WITH(GravityOptions{.max_speed = 0.001}.validate(), Contains("max_speed"));
   CHECK_THROWS_WITH(GravityOptions{.held_out = 1.0}.validate(), Contains("held_out"));
 }

@@ -61,7 +61,7 @@ TEST_CASE("a step tells the servo of the book, and what it cannot tell") {
   CHECK(std::abs(result.gain - 1.0) < 3 * std_of(result, 3));
   CHECK(std_of(result, 0) < 0.003 * 3.064);
   CHECK(result.noise == Approx(noise).epsilon(0.15));
-  CHECK(result.greatest_speed == Approx(0.032).epsilon(0.05));  // the 2 m/s of the book are never approached (I-16)
+  CHECK(result.max_speed == Approx(0.032).epsilon(0.05));  // the 2 m/s of the book are never approached (I-16)
   REQUIRE(result.overshoot);
   CHECK(result.overshoot->overshoot == Approx(0.687e-3).margin(4 * noise));  // 24 mm with 0.7492
   CHECK(result.overshoot->damping_ratio == Approx(0.7492).margin(0.02));
@@ -180,5 +180,5 @@ TEST_CASE("a log with an invalid number or time is refused with its row") {
   log = step_log(book, 7);
   log.command.conservativeResize(7);
   CHECK_THROWS_WITH(identify_servo(log), Contains("command: expected 500 numbers, found 7"));
-  CHECK_THROWS_WITH(identify_servo(step_log(book, 7), {.greatest_delay = 0.0}), Contains("greatest_delay"));
+  CHECK_THROWS_WITH(identify_servo(step_log(book, 7), {.max_delay = 0.0}), Contains("max_delay"));
 }

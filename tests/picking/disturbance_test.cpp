@@ -208,7 +208,7 @@ TEST_CASE("images of different size, and options out of range, are refused") {
   CHECK_THROWS_WITH(find_changes(good.view(), small.view(), noise), Contains("after") && Contains("160 x 120 px"));
   CHECK_THROWS_WITH(find_changes({}, good.view(), noise), Contains("before: the image is empty"));
   CHECK_THROWS_WITH(learn({good}, {.average = 50}), Contains("average must lie"));
-  CHECK_THROWS_WITH(learn({good}, {.least_spread = 0}), Contains("least_spread"));
+  CHECK_THROWS_WITH(learn({good}, {.min_spread = 0}), Contains("min_spread"));
   CHECK_THROWS_WITH(find_changes(good.view(), good.view(), noise, {.false_alarms = 0}), Contains("false_alarms"));
   CHECK_THROWS_WITH(find_changes(good.view(), good.view(), noise, {.max_moved_tiles = 2}), Contains("max_moved_tiles"));
 }

@@ -182,7 +182,7 @@ TEST_CASE("noise has the deviation asked for along the ray, grazing and shiny sp
   CHECK(missing < on_floor / 2);
 }
 
-TEST_CASE("a lag shifts the cloud by speed times lag, along the motion of the scanner") {
+TEST_CASE("a delay shifts the cloud by speed times delay, along the motion of the scanner") {
   sim::PelletScene one = scattered(0, 1);
   sim::Pellet pellet;
   pellet.T_bin_pellet.translation() = Vector3d(0.01, -0.02, 0.0075);
@@ -190,8 +190,8 @@ TEST_CASE("a lag shifts the cloud by speed times lag, along the motion of the sc
   sim::BinScannerOptions options = exact_scanner();
   options.speed = 0.1;
   options.pitch = 0.0002;
-  const auto middle = [&](double lag) {
-    options.lag = lag;
+  const auto middle = [&](double delay) {
+    options.delay = delay;
     std::vector<int> surfaces;
     const auto cloud = sim::scan_bin(one, sim::scan_path(one.bin, options), options).cloud(&surfaces);
     Vector3d low = Vector3d::Constant(1.0), high = -low;

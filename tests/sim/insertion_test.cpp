@@ -193,10 +193,10 @@ TEST_CASE("an insertion is the same for the same seed, and another for another")
   const InsertionResult a = run_insertion(arc(), setup), b = run_insertion(arc(), setup);
   CHECK(a.time == b.time);
   CHECK(only(a).depth == only(b).depth);
-  CHECK(only(a).greatest_force == only(b).greatest_force);
+  CHECK(only(a).max_force == only(b).max_force);
   InsertionSetup other = setup;
   other.seed = 4;
-  CHECK(only(run_insertion(arc(), other)).greatest_force != only(a).greatest_force);
+  CHECK(only(run_insertion(arc(), other)).max_force != only(a).max_force);
 }
 
 TEST_CASE("rows and profile of an insertion tell what happened") {
@@ -281,7 +281,7 @@ TEST_CASE("what a cell cannot do is an outcome with phase and reason") {
     const InsertionResult result = run_insertion(cell, drawn(1));
     CHECK_FALSE(result.inserted);
     CHECK(only(result).reason == force::Reason::Force);
-    CHECK(only(result).greatest_force < most_force);
+    CHECK(only(result).max_force < most_force);
   }
   SECTION("a force sensor with its sign turned round") {
     cell::Cell cell = arc();
@@ -289,7 +289,7 @@ TEST_CASE("what a cell cannot do is an outcome with phase and reason") {
     const InsertionResult result = run_insertion(cell, drawn(1));
     CHECK_FALSE(result.inserted);
     CHECK(only(result).reason == force::Reason::Force);
-    CHECK(only(result).greatest_force < most_force);
+    CHECK(only(result).max_force < most_force);
   }
 }
 

@@ -52,7 +52,7 @@ class Coverage {
     } else {
       CHECK(rate(0.99).contains(0.95));
 #ifndef KR5_SANITIZED  // few trials, which `check_mean` judges
-      CHECK(uncertainty::binomial_interval(least_inside(), trials_, 0.8).low > half_region());
+      CHECK(uncertainty::binomial_interval(min_inside(), trials_, 0.8).low > half_region());
 #endif
     }
   }
@@ -69,7 +69,7 @@ class Coverage {
 
  private:
   /// The smallest count that passes.
-  int least_inside() const {
+  int min_inside() const {
     int count = 0;
     while (uncertainty::binomial_interval(count, trials_, 0.99).high < 0.95) ++count;
     return count;

@@ -189,7 +189,7 @@ def target_covariance(view: kr5.View, camera: kr5.Pinhole, M: np.ndarray) -> np.
     return PIXEL_NOISE**2 * np.linalg.inv(J.T @ J)
 
 
-def least_covariance(views: list, camera: kr5.Pinhole, X: np.ndarray, targets: list, mount: str) -> np.ndarray:
+def min_covariance(views: list, camera: kr5.Pinhole, X: np.ndarray, targets: list, mount: str) -> np.ndarray:
     """Cramer-Rao bound of the camera's pose: noise levels known, the fixed target's pose unknown."""
     robot = np.diag([POSITION_NOISE**2] * 3 + [ROTATION_NOISE**2] * 3)
     sign = 1 if mount == "eye_in_hand" else -1
@@ -218,7 +218,7 @@ def bench_synthetic(trials: int, lines: list[comparison.Row]) -> dict:
             }
             targets = [target_pose(v.view, camera) for v in views]
             found |= {m: peer_method(m, mount)(views, targets) for m in METHODS}
-            least.append(np.diag(least_covariance(views, camera, X, targets, mount)))
+            least.append(np.diag(min_covariance(views, camera, X, targets, mount)))
             for name, T in found.items():
                 d = kr5.pose_difference(X, T) if np.isfinite(T).all() else np.full(6, np.nan)
                 errors[name].append((np.linalg.norm(d[:3]), np.linalg.norm(d[3:])))

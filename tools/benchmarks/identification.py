@@ -73,8 +73,8 @@ def settings_text(result: Any) -> str:
             if getattr(terms, name):
                 found.setdefault(word, []).append(str(k + 1))
     words = [f"{word} of {' '.join(joints)}" for word, joints in found.items()] or ["Coulomb, viscous, offset"]
-    if result.least_speed:
-        words.append(f"rows below {result.least_speed:g} of the RMS speed left out")
+    if result.min_speed:
+        words.append(f"rows below {result.min_speed:g} of the RMS speed left out")
     if str(result.estimator) == "consistent":
         words.append(f"bodies that can exist, spread {result.prior_spread:g} about those of the description")
     return "; ".join(words)
@@ -319,7 +319,7 @@ def effect_rows(cases: Path) -> list[Row]:
         each = [identification.JointTerms(**terms if k == 1 else {}) for k in range(6)]
         return motions.cell, unsmoothed(motions), arm_model(motions.cell, each)
 
-    options = identification.DynamicsOptions(held_out=0.0, least_speed=LEAST_SPEED)
+    options = identification.DynamicsOptions(held_out=0.0, min_speed=LEAST_SPEED)
     _, motion, model = arm(5)
     value, sigma = told_parameter(identification.identify_dynamics(motion, model, options), "fc6")
     out = [_effect_row("Coulomb friction of joint 6 (case 5) (N m)", value, sigma, truth(5)["coulomb"])]
@@ -330,7 +330,7 @@ def effect_rows(cases: Path) -> list[Row]:
     out.append(_effect_row(what, value, sigma, truth(7)["stribeck"]))
     cell, motion, model = arm(1)
     payload = identification.identify_payload(
-        motion, model, believed_parameters(cell, model), identification.PayloadOptions(least_speed=LEAST_SPEED)
+        motion, model, believed_parameters(cell, model), identification.PayloadOptions(min_speed=LEAST_SPEED)
     )
     out.append(_effect_row("payload (case 1) (kg)", payload.body.mass, payload.mass_deviation, truth(1)["mass"]))
     return [*out, payload_rate_row(cases, truth(1)), *torque_constant_rows(cases)]
@@ -371,7 +371,7 @@ def payload_rate_row(cases: Path, hidden: dict[str, Any], trials: int = 100) -> 
         if not all(p.usable for p in parts):
             continue
         found = identification.identify_payload(
-            merged_motion([p.motion for p in parts]), model, chi, identification.PayloadOptions(least_speed=LEAST_SPEED)
+            merged_motion([p.motion for p in parts]), model, chi, identification.PayloadOptions(min_speed=LEAST_SPEED)
         )
         off.append((found.body.mass - hidden["mass"]) / found.mass_deviation)
     inside = int((np.abs(off) < 1.96).sum())

@@ -230,7 +230,7 @@ def compare_emptying(bins: int, count: int, workers: int) -> list[Row]:
     failures = {c: sum(r.failures.get(c, 0) for r in runs) for c in sorted({c for r in runs for c in r.failures})}
     causes = ", ".join(f"{n} {c}" for c, n in failures.items()) or "none failed"
     touches, left = sum(r.wall_touches for r in runs), sum(r.left for r in runs)
-    least = min(r.least_clearance for r in runs)
+    least = min(r.min_clearance for r in runs)
     what = f"{bins} bins of {count}"
     return [
         Row(

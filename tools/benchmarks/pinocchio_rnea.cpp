@@ -55,7 +55,7 @@ constexpr int repeats = 7;
 
 /// Least processor time of a call over several runs [s].
 template <class Call>
-double least_time(int rows, Call&& call) {
+double min_time(int rows, Call&& call) {
   double least = 1e9;
   for (int repeat = 0; repeat < repeats; ++repeat) {
     const double start = processor_time();
@@ -93,9 +93,8 @@ int main(int count, char** words) {
   }
   // The sums keep the compiler honest: of the torques of joint 1, and of what the mass of the last link does to it.
   double sum = 0.0, sum_of_regressor = 0.0;
-  const double rnea =
-      least_time(rows, [&](std::size_t k) { sum += pinocchio::rnea(model, data, q[k], v[k], a[k])[0]; });
-  const double regressor = least_time(rows, [&](std::size_t k) {
+  const double rnea = min_time(rows, [&](std::size_t k) { sum += pinocchio::rnea(model, data, q[k], v[k], a[k])[0]; });
+  const double regressor = min_time(rows, [&](std::size_t k) {
     sum_of_regressor += pinocchio::computeJointTorqueRegressor(model, data, q[k], v[k], a[k])(0, 10 * (joints - 1));
   });
   std::printf("%.4g %.10g %.4g %.10g\n", rnea, sum / repeats, regressor, sum_of_regressor / repeats);

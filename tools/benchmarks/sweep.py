@@ -2,10 +2,10 @@
 
     python tools/benchmarks/sweep.py [--trials 1000]
 
-Wall-clock time of the whole command `kr5 sweep insertion`, its start and its page with it; one worker runs without
-Dask. Two workers can only be as quick as two cores are: run nothing beside it. Cores that share what is in them
-(threads of one core, virtual ones) are slower when both are busy; how much, two sweeps of half the trials tell that run
-at once, two processes that know nothing of each other."""
+Wall-clock time of the whole command `kr5 sweep insertion`, its start and its page with it; one worker is the
+command's own process. Two workers can only be as quick as two cores are: run nothing beside it. Cores that share
+what is in them (threads of one core, virtual ones) are slower when both are busy; how much, two sweeps of half the
+trials tell that run at once, two processes that know nothing of each other."""
 
 import json
 import subprocess

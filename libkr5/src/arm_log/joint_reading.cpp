@@ -26,7 +26,7 @@ namespace {
 
 constexpr double alike_together = 0.9;  // correlation of all loads with the simulation, from which a reading fits
 constexpr double clear_reading = 1.5;   // logarithm by which a reading must lessen what all joints leave
-constexpr double least_shift = 0.1;  // of the centre of what a joint carries by another zero; less may be an error [m]
+constexpr double min_shift = 0.1;  // of the centre of what a joint carries by another zero; less may be an error [m]
 constexpr std::array<double, 4> right_angles = {0.0, std::numbers::pi / 2, std::numbers::pi, -std::numbers::pi / 2};
 constexpr std::array<double, 6> plain_offsets = {0.2, 0.4, 0.6, 0.8, 1.0, 1.2};  // of either sign [rad]
 
@@ -229,7 +229,7 @@ std::optional<JointReading> fitting_convention(const cell::Cell& cell, const cel
       if (won <= most) continue;
       most = won, nearest = likeness, next = other;
     }
-    if (!(most >= clear_reading) || smallest_shift(next, arms) < least_shift) break;
+    if (!(most >= clear_reading) || smallest_shift(next, arms) < min_shift) break;
     best = nearest, reading = next;
   }
   // All loads of the other sign are another mistake, which leaves as little.

@@ -22,11 +22,11 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double clear_delay = 10.0;       // gain of log likelihood: chance alone, chi-square / 2, reaches it in 1e-5
-constexpr double greatest_delay = 0.1;     // that is searched [s]
-constexpr double least_delay_step = 4e-3;  // of that search [s]
-constexpr double fineness = 0.02;          // of a step, to which the delay is found
-constexpr double rounding_share = 3e-3;    // of the spread of a torque, below which a residual is rounding
+constexpr double clear_delay = 10.0;     // gain of log likelihood: chance alone, chi-square / 2, reaches it in 1e-5
+constexpr double max_delay = 0.1;        // that is searched [s]
+constexpr double min_delay_step = 4e-3;  // of that search [s]
+constexpr double fineness = 0.02;        // of a step, to which the delay is found
+constexpr double rounding_share = 3e-3;  // of the spread of a torque, below which a residual is rounding
 
 identification::DynamicsModel model_to_fit(const cell::Cell& cell) {
   identification::JointTerms terms;
@@ -89,7 +89,7 @@ class DelayLikelihood {
 };
 
 /// Golden section for the least cost between two delays [s].
-double least_between(double low, double high, double tolerance, const std::function<double(double)>& cost) {
+double min_between(double low, double high, double tolerance, const std::function<double(double)>& cost) {
   constexpr double golden = std::numbers::phi - 1;
   double a = high - golden * (high - low), b = low + golden * (high - low);
   double at_a = cost(a), at_b = cost(b);
@@ -119,9 +119,9 @@ double best_delay(double step, const std::function<double(double)>& cost) {
       if (at_step(k) < at_step(best)) best = k;
     if (best == at) break;
     at = best;
-    if (std::abs(at) * step > greatest_delay) return 0.0;
+    if (std::abs(at) * step > max_delay) return 0.0;
   }
-  return least_between((at - 1) * step, (at + 1) * step, fineness * step, cost);
+  return min_between((at - 1) * step, (at + 1) * step, fineness * step, cost);
 }
 
 double median_step(const cell::Experiment& experiment) {
@@ -148,7 +148,7 @@ BestArm best_arm_with_delay(const cell::Cell& cell, const std::vector<cell::Expe
   const DelayLikelihood likelihood(on_time, spread_of_torques(cell, motions), live);
   const auto cost = [&](double delay) { return likelihood.cost(delay == 0.0 ? on_time : fit.left(delay)); };
   const double row = median_step(motions.front());
-  const double delay = best_delay(std::max(row, least_delay_step), cost);
+  const double delay = best_delay(std::max(row, min_delay_step), cost);
   if (std::abs(delay) < row / 2) return {on_time, 0.0};
   const MatrixXd delayed = fit.left(delay);
   if (!(likelihood.cost(on_time) - likelihood.cost(delayed) >= clear_delay)) return {on_time, 0.0};

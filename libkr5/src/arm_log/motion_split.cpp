@@ -22,13 +22,13 @@ using physics::RowRange;
 namespace {
 
 constexpr double gap_steps = 5.0;        // median steps, more than which is a gap
-constexpr double least_gap = 0.01;       // [s]
+constexpr double min_gap = 0.01;         // [s]
 constexpr double quiet_share = 0.01;     // of a joint's fastest speed, below which it rests
-constexpr double least_rest = 0.25;      // [s]
+constexpr double min_rest = 0.25;        // [s]
 constexpr double noticeable = 0.05;      // over which a way is counted, so that noise adds little to it [s]
 constexpr double starting = 0.5;         // of the speed of its command, below which an arm begins at rest
 constexpr double sure_speed = 4.0;       // standard deviations of a speed that is no noise
-constexpr double least_motion = 1e-3;    // that a joint must go to have moved [rad or m]
+constexpr double min_motion = 1e-3;      // that a joint must go to have moved [rad or m]
 constexpr double fit_share = 0.7;        // of the motion
 constexpr double moving_speed = 0.02;    // at its first rows, above which a motion does not begin at rest
 constexpr Index fewest_split_rows = 10;  // of a part
@@ -92,7 +92,7 @@ VectorXd motion_share(const VectorXd& t, const MatrixXd& q) {
   std::vector<Index> rows;
   for (Index i = 0; i < n - 1; i += stride) rows.push_back(i);
   rows.push_back(n - 1);
-  const VectorXd range = ranges(q).cwiseMax(least_motion);
+  const VectorXd range = ranges(q).cwiseMax(min_motion);
   const auto count = static_cast<Index>(rows.size());
   VectorXd at(count), way = VectorXd::Zero(count);
   for (Index k = 0; k < count; ++k) at[k] = static_cast<double>(rows[static_cast<std::size_t>(k)]);
@@ -114,7 +114,7 @@ std::optional<double> cut_at_rest(const VectorXd& t, const MatrixXd& q, const Ve
     const double share = between(t, before, rest.end);
     if (share < 0.5 || share > 0.9 || std::abs(share - fit_share) >= nearest) continue;
     nearest = std::abs(share - fit_share);
-    out = std::max(rest.begin, rest.end - least_rest / 2);
+    out = std::max(rest.begin, rest.end - min_rest / 2);
   }
   return out;
 }
@@ -245,7 +245,7 @@ std::vector<RowRange> parts_without_gap(const VectorXd& t, double max_gap) {
   const Index n = t.size();
   double longest = max_gap;
   if (!(longest > 0))
-    longest = n > 2 ? std::max(gap_steps * middle(steps_of(t)), least_gap) : std::numeric_limits<double>::infinity();
+    longest = n > 2 ? std::max(gap_steps * middle(steps_of(t)), min_gap) : std::numeric_limits<double>::infinity();
   std::vector<RowRange> out;
   Index first = 0;
   for (Index i = 1; i <= n; ++i) {
@@ -256,7 +256,7 @@ std::vector<RowRange> parts_without_gap(const VectorXd& t, double max_gap) {
   return out;
 }
 
-bool joints_move(const MatrixXd& q) { return q.rows() > 0 && (ranges(q).array() > least_motion).any(); }
+bool joints_move(const MatrixXd& q) { return q.rows() > 0 && (ranges(q).array() > min_motion).any(); }
 
 std::vector<TimeSpan> rests(const VectorXd& t, const MatrixXd& q) {
   if (t.size() < 5 || !(middle(steps_of(t)) > 0)) return {};
@@ -270,7 +270,7 @@ std::vector<TimeSpan> rests(const VectorXd& t, const MatrixXd& q) {
     const bool still = i < t.size() && (speed.row(i).transpose().array() <= limit.array()).all();
     if (still && first < 0) first = i;
     if (still || first < 0) continue;
-    if (t[i - 1] - t[first] >= least_rest) out.push_back({t[first], t[i - 1]});
+    if (t[i - 1] - t[first] >= min_rest) out.push_back({t[first], t[i - 1]});
     first = -1;
   }
   return out;

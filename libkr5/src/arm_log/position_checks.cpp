@@ -23,11 +23,11 @@ namespace {
 
 constexpr double turn = 2 * std::numbers::pi;  // beyond which angles may be degrees [rad]
 constexpr double room_share = 0.05;            // of a range, by which readings may leave it
-constexpr double least_room = 0.01;            // [rad or m]
+constexpr double min_room = 0.01;              // [rad or m]
 constexpr double small_angle = 0.12;           // that no joint leaves, as of radians read as degrees [rad]
 constexpr double some_motion = 1e-3;           // [rad or m]
 constexpr double most_speed = 3.0;             // times the limit
-constexpr double least_speed_share = 3e-3;     // of the limit, of joints that move
+constexpr double min_speed_share = 3e-3;       // of the limit, of joints that move
 constexpr double most_cycles = 50.0;           // between rows
 
 double middle_of(const VectorXd& values) { return median({values.begin(), values.end()}); }
@@ -37,7 +37,7 @@ class JointRanges {
  public:
   explicit JointRanges(const cell::Cell& cell) : low_(cell.robot.limits->lower), high_(cell.robot.limits->upper) {
     for (Index j = 0; j < low_.size(); ++j) {
-      const double range = high_[j] - low_[j], room = room_share * (std::isfinite(range) ? range : 0.0) + least_room;
+      const double range = high_[j] - low_[j], room = room_share * (std::isfinite(range) ? range : 0.0) + min_room;
       low_[j] -= room, high_[j] += room;
     }
   }
@@ -215,7 +215,7 @@ std::vector<LogProblem> check_clock(const cell::Cell& cell, const cell::Experime
   LogProblem out{.remedy = fitting_time_unit(step, cycle), .columns = {"t"}, .expected = cycle};
   const std::optional<double> speed = speed_over_limit(cell, t, q);
   const double moved = (q.colwise().maxCoeff() - q.colwise().minCoeff()).maxCoeff();
-  if (speed && (*speed > most_speed || (*speed < least_speed_share && moved > 0.05))) {
+  if (speed && (*speed > most_speed || (*speed < min_speed_share && moved > 0.05))) {
     out.kind = LogProblemKind::SpeedBeyond;
     out.found = *speed;
     return {out};

@@ -16,7 +16,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double least_noise = 3e-3;  // of the spread of a load: what a log without noise has of rounding
+constexpr double min_noise = 3e-3;  // of the spread of a load: what a log without noise has of rounding
 constexpr double smallest_noise = 1e-9;
 
 using Parts = std::vector<VectorXd>;
@@ -66,7 +66,7 @@ void add_joint_noise(cell::Recording& recording, const Readings& readings, const
   std::vector<double> sigma;
   for (int k = 0; k < cell.robot.joints(); ++k) {
     const Parts parts = readings_of(readings, logs, family + std::to_string(k + 1));
-    sigma.push_back(std::max(noise_of_readings(parts), least_noise * spread_of(parts)));
+    sigma.push_back(std::max(noise_of_readings(parts), min_noise * spread_of(parts)));
   }
   (family == "i" ? cell.noise.joint_current : cell.noise.joint_torque) = sigma;
   notes.push_back({.kind = LogNoteKind::JointNoise, .name = family, .values = sigma});

@@ -24,7 +24,7 @@ namespace {
 constexpr double shown_sigmas = 3.0;         // from which friction or an offset beside a torque constant counts
 constexpr double sure_constant = 5.0;        // standard deviations that a torque constant must be above zero
 constexpr double sign_change_speed = 0.002;  // over which dry friction changes its sign, as in cells [rad/s or m/s]
-constexpr double least_rank = 1e-8;          // of columns of unit length
+constexpr double min_rank = 1e-8;            // of columns of unit length
 
 struct Slope {
   double value = 0.0;
@@ -41,13 +41,13 @@ SlopeFit fit_columns(const MatrixXd& columns, const VectorXd& current) {
   scale = (scale.array() == 0).select(1.0, scale);
   const MatrixXd A = columns * scale.cwiseInverse().asDiagonal();
   Eigen::CompleteOrthogonalDecomposition<MatrixXd> solver;
-  solver.setThreshold(least_rank);
+  solver.setThreshold(min_rank);
   solver.compute(A);
   const VectorXd x = solver.solve(current), left = current - A * x;
   const double correlation = neighbour_correlation(left);
   const double freedom = std::max<double>(1.0, static_cast<double>(current.size() - solver.rank()));
   const double variance = left.squaredNorm() / freedom * (1 + correlation) / (1 - correlation);
-  const VectorXd spread = covariance_of(A.transpose() * A, least_rank * least_rank).diagonal();
+  const VectorXd spread = covariance_of(A.transpose() * A, min_rank * min_rank).diagonal();
   return {x.cwiseQuotient(scale), (variance * spread).cwiseSqrt().cwiseQuotient(scale)};
 }
 

@@ -92,7 +92,7 @@ class VectorManifold final : public ceres::Manifold {
 /// A measurement as Ceres sees it.
 class MeasurementCost final : public ceres::CostFunction {
  public:
-  MeasurementCost(const ProblemData& data, const Entry& entry) : data_(data), entry_(entry) {
+  MeasurementCost(const ProblemData& data, const StoredMeasurement& entry) : data_(data), entry_(entry) {
     set_num_residuals(data.condensed_rows(entry));
     for (const int b : entry.blocks)
       mutable_parameter_block_sizes()->push_back(
@@ -104,7 +104,7 @@ class MeasurementCost final : public ceres::CostFunction {
 
  private:
   const ProblemData& data_;
-  const Entry& entry_;
+  const StoredMeasurement& entry_;
 };
 
 /// What is known of a block before: its change from the start over the prior's standard deviation.
@@ -191,7 +191,7 @@ class CeresSolve {
   }
 
   void add_measurements() {
-    for (const Entry& e : data_.entries) {
+    for (const StoredMeasurement& e : data_.entries) {
       if (!(e.weight > 0)) continue;
       std::vector<double*> parameters;
       for (const int b : e.blocks) parameters.push_back(values_.at(static_cast<std::size_t>(b)));
@@ -240,7 +240,7 @@ FitStatus status_of(ceres::TerminationType type) {
 }  // namespace
 
 void minimise(ProblemData& data, const SolveOptions& options, Solution& solution) {
-  for (const Entry& e : data.entries)
+  for (const StoredMeasurement& e : data.entries)
     if (e.weight > 0) solution.residuals += e.rows;
   FitReport& fit = solution.fit;
   if (!data.exists()) {

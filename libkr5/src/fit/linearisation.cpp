@@ -19,9 +19,10 @@ struct GroupColumns {
   }
 };
 
-GroupColumns columns_of(const std::vector<const Entry*>& group, const FreeCoordinates& free, std::vector<int>& index) {
+GroupColumns columns_of(const std::vector<const StoredMeasurement*>& group, const FreeCoordinates& free,
+                        std::vector<int>& index) {
   GroupColumns out;
-  for (const Entry* e : group)
+  for (const StoredMeasurement* e : group)
     for (const int b : e->blocks) {
       if (std::find(out.blocks.begin(), out.blocks.end(), b) != out.blocks.end()) continue;
       out.blocks.push_back(b);
@@ -33,8 +34,8 @@ GroupColumns columns_of(const std::vector<const Entry*>& group, const FreeCoordi
 }
 
 /// Residuals and derivatives of one measurement, to be written from row `first` of its group.
-bool linearise_one(const ProblemData& data, const FreeCoordinates& free, const Entry& e, int rows, double weight,
-                   const GroupColumns& columns, Eigen::Index first, GroupDerivatives& out) {
+bool linearise_one(const ProblemData& data, const FreeCoordinates& free, const StoredMeasurement& e, int rows,
+                   double weight, const GroupColumns& columns, Eigen::Index first, GroupDerivatives& out) {
   std::vector<RowMatrix> jacobians(e.blocks.size());
   std::vector<double*> by;
   for (std::size_t k = 0; k < jacobians.size(); ++k) {
@@ -58,11 +59,11 @@ bool linearise_one(const ProblemData& data, const FreeCoordinates& free, const E
 }  // namespace
 
 std::optional<GroupDerivatives> linearise(const ProblemData& data, const FreeCoordinates& free,
-                                          const std::vector<const Entry*>& group, bool condensed,
+                                          const std::vector<const StoredMeasurement*>& group, bool condensed,
                                           std::optional<double> weight) {
-  const auto rows_of = [&](const Entry* e) { return condensed ? data.condensed_rows(*e) : e->rows; };
+  const auto rows_of = [&](const StoredMeasurement* e) { return condensed ? data.condensed_rows(*e) : e->rows; };
   Eigen::Index rows = 0;
-  for (const Entry* e : group) rows += rows_of(e);
+  for (const StoredMeasurement* e : group) rows += rows_of(e);
   GroupDerivatives out;
   out.r.resize(rows);
   const GroupColumns columns = columns_of(group, free, out.index);
@@ -75,7 +76,7 @@ std::optional<GroupDerivatives> linearise(const ProblemData& data, const FreeCoo
       out.prior = block.prior.cwiseInverse().asDiagonal() * block.change_by_coordinates(block.values.data());
   }
   Eigen::Index first = 0;
-  for (const Entry* e : group) {
+  for (const StoredMeasurement* e : group) {
     const int own_rows = rows_of(e);
     if (!linearise_one(data, free, *e, own_rows, weight.value_or(e->weight), columns, first, out)) return std::nullopt;
     first += own_rows;
@@ -83,14 +84,14 @@ std::optional<GroupDerivatives> linearise(const ProblemData& data, const FreeCoo
   return out;
 }
 
-std::vector<std::vector<const Entry*>> groups(const ProblemData& data, const FreeCoordinates& free) {
-  std::vector<std::vector<const Entry*>> out;
+std::vector<std::vector<const StoredMeasurement*>> groups(const ProblemData& data, const FreeCoordinates& free) {
+  std::vector<std::vector<const StoredMeasurement*>> out;
   for (const std::vector<int>& entries : free.of_nuisance) {
     if (entries.empty()) continue;
-    for (std::vector<const Entry*>& group = out.emplace_back(); const int i : entries)
+    for (std::vector<const StoredMeasurement*>& group = out.emplace_back(); const int i : entries)
       group.push_back(&data.entries[static_cast<std::size_t>(i)]);
   }
-  for (const Entry& e : data.entries)
+  for (const StoredMeasurement& e : data.entries)
     if (e.weight > 0 && e.nuisance < 0) out.push_back({&e});
   return out;
 }

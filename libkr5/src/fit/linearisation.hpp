@@ -23,11 +23,11 @@ struct GroupDerivatives {
 /// With the weights in use or another one for all; `condensed`: with as few rows as say the same. Empty where the model
 /// does not exist.
 std::optional<GroupDerivatives> linearise(const ProblemData& data, const FreeCoordinates& free,
-                                          const std::vector<const Entry*>& group, bool condensed,
+                                          const std::vector<const StoredMeasurement*>& group, bool condensed,
                                           std::optional<double> weight = {});
 
 /// Measurements that take part; those that share a nuisance together.
-std::vector<std::vector<const Entry*>> groups(const ProblemData& data, const FreeCoordinates& free);
+std::vector<std::vector<const StoredMeasurement*>> groups(const ProblemData& data, const FreeCoordinates& free);
 
 /// What remains of residuals whose nuisance is eliminated: they are M r, with covariance P where the model holds.
 struct WithoutNuisance {

@@ -76,7 +76,7 @@ void Problem::tie(FitBlock block, int leader, int follower, double ratio) {
 }
 
 bool Problem::any_free() const {
-  for (const Entry& e : data_->entries)
+  for (const StoredMeasurement& e : data_->entries)
     for (const int b : e.blocks) {
       const Block& block = data_->blocks[static_cast<std::size_t>(b)];
       if (e.weight > 0 && !block.nuisance && !block.free().empty()) return true;
@@ -156,7 +156,7 @@ Eigen::VectorXd Problem::values(FitBlock block) const { return data_->block(bloc
 Eigen::VectorXd Problem::change(FitBlock block) const { return data_->block(block).change(); }
 
 Eigen::VectorXd Problem::residuals(FitMeasurement measurement) const {
-  const Entry& e = data_->entry(measurement);
+  const StoredMeasurement& e = data_->entry(measurement);
   Eigen::VectorXd r(e.rows);
   if (!data_->evaluate(e, data_->values(e).data(), e.rows, 1.0, r.data(), nullptr))
     r.setConstant(std::numeric_limits<double>::infinity());
@@ -164,7 +164,7 @@ Eigen::VectorXd Problem::residuals(FitMeasurement measurement) const {
 }
 
 std::optional<MeasurementDerivatives> Problem::derivatives(FitMeasurement measurement, bool condensed) const {
-  const Entry& e = data_->entry(measurement);
+  const StoredMeasurement& e = data_->entry(measurement);
   if (data_->free.places.empty()) data_->free = data_->number_coordinates();
   auto at = linearise(*data_, data_->free, {&e}, condensed, 1.0);
   if (!at) return std::nullopt;

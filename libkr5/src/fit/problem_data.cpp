@@ -8,7 +8,7 @@
 
 namespace kr5::fit {
 
-const Entry& ProblemData::entry(FitMeasurement handle) const {
+const StoredMeasurement& ProblemData::entry(FitMeasurement handle) const {
   require(handle.index >= 0 && handle.index < static_cast<int>(entries.size()),
           "Problem: there is no such measurement");
   return entries[static_cast<std::size_t>(handle.index)];
@@ -25,7 +25,7 @@ FitMeasurement ProblemData::keep(std::unique_ptr<Measurement> measurement) {
   forget();
   BlockUse use(blocks);
   measurement->declare(use);
-  Entry entry{.measurement = nullptr, .rows = measurement->rows(), .blocks = use.blocks()};
+  StoredMeasurement entry{.measurement = nullptr, .rows = measurement->rows(), .blocks = use.blocks()};
   for (const int b : entry.blocks) {
     if (!blocks[static_cast<std::size_t>(b)].nuisance) continue;
     require(entry.nuisance < 0, "Problem: a measurement may have one nuisance pose");
@@ -36,19 +36,19 @@ FitMeasurement ProblemData::keep(std::unique_ptr<Measurement> measurement) {
   return {static_cast<int>(entries.size()) - 1};
 }
 
-std::vector<const double*> ProblemData::values(const Entry& entry) const {
+std::vector<const double*> ProblemData::values(const StoredMeasurement& entry) const {
   std::vector<const double*> out;
   for (const int b : entry.blocks) out.push_back(blocks[static_cast<std::size_t>(b)].values.data());
   return out;
 }
 
-int ProblemData::condensed_rows(const Entry& entry) const {
+int ProblemData::condensed_rows(const StoredMeasurement& entry) const {
   return entry.measurement->condensed_rows(
       [&](FitBlock block) { return blocks[static_cast<std::size_t>(block.index)].any_free(); });
 }
 
-bool ProblemData::evaluate(const Entry& entry, const double* const* values, int rows, double weight, double* residuals,
-                           double* const* jacobians) const {
+bool ProblemData::evaluate(const StoredMeasurement& entry, const double* const* values, int rows, double weight,
+                           double* residuals, double* const* jacobians) const {
   const auto stored = [&](std::size_t k) {
     return rows * blocks[static_cast<std::size_t>(entry.blocks[k])].values.size();
   };
@@ -65,7 +65,7 @@ bool ProblemData::evaluate(const Entry& entry, const double* const* values, int 
 
 bool ProblemData::exists() const {
   Eigen::VectorXd r;
-  for (const Entry& e : entries) {
+  for (const StoredMeasurement& e : entries) {
     if (!(e.weight > 0)) continue;
     r.resize(e.rows);
     if (!evaluate(e, values(e).data(), e.rows, 1.0, r.data(), nullptr)) return false;
@@ -75,7 +75,7 @@ bool ProblemData::exists() const {
 
 FreeCoordinates ProblemData::number_coordinates() const {
   std::vector<bool> used(blocks.size(), false);
-  for (const Entry& e : entries)
+  for (const StoredMeasurement& e : entries)
     for (const int b : e.blocks) used[static_cast<std::size_t>(b)] = used[static_cast<std::size_t>(b)] || e.weight > 0;
   FreeCoordinates out;
   out.places.assign(blocks.size(), {});

@@ -157,10 +157,10 @@ Agreement Solution::agreement(const Problem& problem, std::span<const FitMeasure
   require(determined_.size() > 0, "Solution: solve() with its uncertainty comes first");
   const ProblemData& data = *problem.data_;
   const bool used = data.entry(measurements.front()).weight > 0;
-  std::vector<const Entry*> group;
+  std::vector<const StoredMeasurement*> group;
   Agreement out;
   for (const FitMeasurement handle : measurements) {
-    const Entry& e = data.entry(handle);
+    const StoredMeasurement& e = data.entry(handle);
     require((e.weight > 0) == used, "Solution: agreement of measurements of which some are in use");
     out.dof += e.rows;
     group.push_back(&e);
@@ -197,7 +197,7 @@ SquaredResiduals Solution::squared_residuals(const Problem& problem, std::span<c
   const auto n = static_cast<Eigen::Index>(free_.names.size());
   SquaredResiduals out{.gradient = Eigen::VectorXd::Zero(n), .information = Eigen::MatrixXd::Zero(n, n)};
   for (const FitMeasurement handle : measurements) {
-    const Entry& e = data.entry(handle);
+    const StoredMeasurement& e = data.entry(handle);
     const int rows = std::min(end_row, e.rows) - first_row;
     if (!(e.weight > 0) || rows <= 0) continue;
     require(e.nuisance < 0, "Solution: squared residuals of a measurement with a nuisance");
@@ -222,7 +222,7 @@ SquaredResiduals Solution::squared_residuals(const Problem& problem, std::span<c
 Eigen::VectorXd Solution::nuisance_redundancy(const Problem& problem, FitBlock nuisance) const {
   const ProblemData& data = *problem.data_;
   const Block& block = data.block(nuisance);
-  std::vector<const Entry*> of_block;
+  std::vector<const StoredMeasurement*> of_block;
   for (const int i : free_.of_nuisance[static_cast<std::size_t>(nuisance.index)])
     of_block.push_back(&data.entries[static_cast<std::size_t>(i)]);
   const auto at = of_block.empty() ? std::nullopt : linearise(data, free_, of_block, true);

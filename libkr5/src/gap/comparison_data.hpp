@@ -30,7 +30,7 @@ struct Block {
   Eigen::Index rows = 0;
   bool orientation = false;  ///< One of rx ry rz.
   /// Sigma over the noise of the sensor alone: above 1 where what the simulator is known to be off counts beside it.
-  double widening = 1.0;
+  double inflation = 1.0;
 
   auto rows_of(const Eigen::VectorXd& stacked) const { return stacked.segment(first, rows); }
   auto rows_of(Eigen::VectorXd& stacked) const { return stacked.segment(first, rows); }

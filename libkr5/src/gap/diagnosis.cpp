@@ -55,15 +55,15 @@ Node dependences(const std::vector<Dependence>& all, const std::string& kind) {
   return list(all, [&](const Dependence& d) { return with_text(d, dependence_text(d, kind)); });
 }
 
-using Names = std::vector<std::string>;
+using JointNames = std::vector<std::string>;
 
 /// Adds the name that a joint has in the robot's description, where it has one.
-void add_joint(Node& out, const Names& joints, const std::string& target) {
+void add_joint(Node& out, const JointNames& joints, const std::string& target) {
   for (std::size_t i = 0; i < joints.size(); ++i)
     if (target == "joint" + std::to_string(i + 1) && !joints[i].empty()) out["joint"] = text(joints[i]);
 }
 
-Node place(const ColumnExcess& p, const Names& joints) {
+Node place(const ColumnExcess& p, const JointNames& joints) {
   Node out = map();
   out["experiment"] = text(p.experiment);
   out["column"] = text(p.column);
@@ -75,7 +75,7 @@ Node place(const ColumnExcess& p, const Names& joints) {
   return out;
 }
 
-Node cause(const Cause& c, const Names& joints) {
+Node cause(const Cause& c, const JointNames& joints) {
   Node out = map();
   out["effect"] = text(c.effect);
   out["target"] = text(c.target);
@@ -135,7 +135,7 @@ void add_findings(Node& out, const Diagnosis& d) {
 }  // namespace
 
 std::string to_json(const Diagnosis& d) {
-  const Names& joints = d.joint_names;
+  const JointNames& joints = d.joint_names;
   Node out = map();
   out["format"] = text("kr5-gap/2");
   out["verdict"] = text(kr5::name_of(d.verdict));
@@ -152,7 +152,7 @@ std::string to_json(const Diagnosis& d) {
     return entry;
   });
   out["not_tried"] = list(d.not_tried, [](const UntriedEffect& e) { return with_text(e, reason_text(e)); });
-  out["scatter"] = Node::make_scalar(d.scatter);
+  out["nuisance_std"] = Node::make_scalar(d.nuisance_std);
   add_findings(out, d);
   return io::to_json(out);
 }

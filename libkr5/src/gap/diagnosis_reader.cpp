@@ -121,7 +121,7 @@ class DiagnosisReader {
         in, "", "unexplained",
         [&](const Node& n, const std::string& f) { read_place(n, f, out_.unexplained.emplace_back()); }, true);
     if (const Node* found = in.find("shrink")) read_reduction(*found);
-    take_number(in, "", "scatter", out_.scatter);
+    take_number(in, "", in.find("nuisance_std") ? "nuisance_std" : "scatter", out_.nuisance_std);
     take_number(in, "", "seconds", out_.seconds);
   }
 

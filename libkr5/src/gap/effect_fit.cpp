@@ -151,8 +151,8 @@ class EffectFitter {
   Compared compared_;
   int threads_ = 0;
   std::function<bool(const EffectName&)> wanted_;
-  NuisanceModel scatter_;
-  FitProblem problem_{compared_.data, scatter_, {}, 0.0};
+  NuisanceModel nuisance_;
+  FitProblem problem_{compared_.data, nuisance_, {}, 0.0};
   std::vector<Group> groups_;
   Model empty_;
   Screen screen_;

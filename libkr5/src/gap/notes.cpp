@@ -84,9 +84,9 @@ void add_noise(const Diagnosis& d, bool declared, std::vector<Note>& out) {
 /// Small errors of the nominal parameters, and how to read percentages.
 void add_reading(const Diagnosis& d, std::vector<Note>& out) {
   constexpr double overlap = 1.05;  // sum of what the causes explain, above which they share parts of the gap
-  if (d.scatter > 0)
-    out.push_back({"Masses and torque constants are uncertain by about " + format("%.1f", 100 * d.scatter) +
-                       " %, friction by " + format("%.1f", 200 * d.scatter) + " %.",
+  if (d.nuisance_std > 0)
+    out.push_back({"Masses and torque constants are uncertain by about " + format("%.1f", 100 * d.nuisance_std) +
+                       " %, friction by " + format("%.1f", 200 * d.nuisance_std) + " %.",
                    "Such small errors are usual and not a cause; curves still contain them."});
   double sum = 0.0;
   for (const Cause& cause : d.causes) sum += cause.explained_fraction;

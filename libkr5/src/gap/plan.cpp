@@ -30,7 +30,7 @@ std::string text_of(const std::vector<Alternative>& all) {
   return out;
 }
 
-struct Entry {
+struct ScoredProposal {
   Proposal proposal;
   Score score;
 };
@@ -51,7 +51,7 @@ class Planner {
     synthesize_likeliest();
     const FitContext context(synthesized_, simulator_);
     std::vector<Fitted> fitted = look_alikes(context);
-    const ExperimentScorer scorer{context.data, fitted, options_.scatter, options_.simulator_accuracy,
+    const ExperimentScorer scorer{context.data, fitted, options_.nuisance_std, options_.simulator_accuracy,
                                   highest_current(recording_)};
     for (const Fitted& f : fitted) {
       out_.already = std::max(out_.already, std::sqrt(std::max(f.chi2, 0.0)));
@@ -60,9 +60,9 @@ class Planner {
     std::vector<cell::Kind> done, left;
     for (const auto& [kind, name] : enum_names(cell::Kind{}))
       (recorded_experiment(recording_, kind) ? done : left).push_back(kind);
-    std::vector<Entry> entries = judged(scorer, done);
+    std::vector<ScoredProposal> entries = judged(scorer, done);
     if (entries.empty() || entries.front().score.separation[0] < options_.separation) {
-      std::vector<Entry> more = judged(scorer, left);
+      std::vector<ScoredProposal> more = judged(scorer, left);
       std::move(more.begin(), more.end(), std::back_inserter(entries));
       rank(entries);
     }
@@ -101,7 +101,7 @@ class Planner {
     return fitted;
   }
 
-  std::vector<Entry> judged(const ExperimentScorer& scorer, const std::vector<cell::Kind>& kinds) {
+  std::vector<ScoredProposal> judged(const ExperimentScorer& scorer, const std::vector<cell::Kind>& kinds) {
     constexpr std::size_t closer = 10;
     const Family family{
         recording_, joints_of(out_.alternatives), options_.speed, options_.load, options_.wait, options_.seed, false};
@@ -110,22 +110,22 @@ class Planner {
       std::vector<Proposal> more = proposals(family, kind);
       std::move(more.begin(), more.end(), std::back_inserter(all));
     }
-    std::vector<Entry> out = scored(scorer, std::move(all), false, "trying experiments");
+    std::vector<ScoredProposal> out = scored(scorer, std::move(all), false, "trying experiments");
     if (out.size() > closer) out.resize(closer);
     std::vector<Proposal> best;
-    for (Entry& e : out) best.push_back(std::move(e.proposal));
+    for (ScoredProposal& e : out) best.push_back(std::move(e.proposal));
     return scored(scorer, std::move(best), true, "including nuisance parameters");
   }
 
-  std::vector<Entry> scored(const ExperimentScorer& scorer, std::vector<Proposal> all, bool with_scatter,
-                            const std::string& stage) {
+  std::vector<ScoredProposal> scored(const ExperimentScorer& scorer, std::vector<Proposal> all, bool with_nuisance,
+                                     const std::string& stage) {
     std::vector<std::optional<Score>> scores(all.size());
     std::atomic<int> done{0};
     parallel_for(static_cast<int>(all.size()), options_.threads, [&](int i) {
-      scores[i] = scorer.score(all[i], with_scatter);
+      scores[i] = scorer.score(all[i], with_nuisance);
       progress(stage, static_cast<double>(++done) / static_cast<double>(all.size()));
     });
-    std::vector<Entry> out;
+    std::vector<ScoredProposal> out;
     for (std::size_t i = 0; i < all.size(); ++i)
       if (scores[i]) out.push_back({std::move(all[i]), std::move(*scores[i])});
     simulated_ = simulated_ || !out.empty();
@@ -141,24 +141,27 @@ class Planner {
   }
 
   /// Time until the separation is reached, by repeating; longer still, where it is not.
-  double time(const Entry& e) const {
+  double time(const ScoredProposal& e) const {
     const std::size_t k = reached(e.score);
     const double part = options_.separation / std::max(e.score.separation[k], 1e-3);
     return e.proposal.seconds * repeats[k] * std::max(1.0, part * part);
   }
 
   /// First the clearest of those that take hardly longer than the quickest, then by time.
-  void rank(std::vector<Entry>& entries) const {
-    std::stable_sort(entries.begin(), entries.end(), [&](const Entry& a, const Entry& b) { return time(a) < time(b); });
+  void rank(std::vector<ScoredProposal>& entries) const {
+    std::stable_sort(entries.begin(), entries.end(),
+                     [&](const ScoredProposal& a, const ScoredProposal& b) { return time(a) < time(b); });
     if (entries.empty()) return;
     const double longest = 1.5 * time(entries.front()) + 60.0;
-    const auto end = std::find_if(entries.begin(), entries.end(), [&](const Entry& e) { return time(e) > longest; });
-    std::stable_sort(entries.begin(), end,
-                     [](const Entry& a, const Entry& b) { return a.score.separation[0] > b.score.separation[0]; });
+    const auto end =
+        std::find_if(entries.begin(), entries.end(), [&](const ScoredProposal& e) { return time(e) > longest; });
+    std::stable_sort(entries.begin(), end, [](const ScoredProposal& a, const ScoredProposal& b) {
+      return a.score.separation[0] > b.score.separation[0];
+    });
   }
 
   /// Fits the best through the simulator until one stands; those that do not are ranked by what is left of them.
-  void confirm(const ExperimentScorer& scorer, const FitContext& context, std::vector<Entry>& entries) {
+  void confirm(const ExperimentScorer& scorer, const FitContext& context, std::vector<ScoredProposal>& entries) {
     constexpr int tries = 4;
     for (int i = 0; i < tries && !entries.empty() && entries.front().score.separation.back() > exact_tie; ++i) {
       progress("confirming the best experiment", static_cast<double>(i) / tries);
@@ -170,8 +173,8 @@ class Planner {
     }
   }
 
-  void report(std::vector<Entry>& entries) {
-    for (Entry& e : entries) {
+  void report(std::vector<ScoredProposal>& entries) {
+    for (ScoredProposal& e : entries) {
       if (static_cast<int>(out_.experiments.size()) >= options_.keep || e.score.separation.back() < exact_tie) continue;
       const std::size_t k = reached(e.score);
       PlannedExperiment p;
@@ -238,7 +241,7 @@ void PlanOptions::validate() const {
   require(speed > 0 && speed <= 1, "speed must lie between 0 and 1");
   require(load >= 0, "load must not be negative");
   require(wait >= 0, "wait must not be negative");
-  require(scatter >= 0 && scatter < 1, "scatter must lie between 0 and 1");
+  require(nuisance_std >= 0 && nuisance_std < 1, "nuisance_std must lie between 0 and 1");
   require(simulator_accuracy >= 0 && simulator_accuracy < 1, "simulator_accuracy must lie between 0 and 1");
   require(keep >= 1, "keep must be at least 1");
   require(threads >= 0, "threads must not be negative");

@@ -18,13 +18,13 @@ bool at_rest(const cell::Experiment& e, int joints) {
 }  // namespace
 
 std::vector<ScopeLimit> scope_limits(const cell::Recording& recording) {
-  constexpr Eigen::Index least_rows = 10;
+  constexpr Eigen::Index min_rows = 10;
   std::vector<ScopeLimit> out;
   std::set<cell::Kind> kinds;
   for (const cell::Experiment& e : recording.experiments) {
     const Eigen::Index rows = e.data.values.rows();
     kinds.insert(e.kind);
-    if (rows < least_rows)
+    if (rows < min_rows)
       out.push_back({ScopeReason::FewRows, e.kind, e.name, static_cast<int>(rows)});
     else if (e.kind == cell::Kind::Motion && at_rest(e, recording.cell.robot.joints()))
       out.push_back({ScopeReason::AtRest, e.kind, e.name, static_cast<int>(rows)});

@@ -228,7 +228,7 @@ std::string causes_text(const Diagnosis& d) {
     least = std::min(least, cause.probability);
   }
   return plural(names.size(), "Cause: ", "Causes: ") + join_first(grouped_effects(names)) +
-         plural(names.size(), ", ", ", each ") + least_percent_text(least) + " probable.";
+         plural(names.size(), ", ", ", each ") + min_percent_text(least) + " probable.";
 }
 
 std::string location_text(const std::vector<ColumnExcess>& where) {

@@ -58,7 +58,7 @@ class ReprojectionProblem {
     if (!std::isfinite(cost(start))) return std::nullopt;
     set_weights();
     const auto found =
-        levenberg_marquardt<6>(start, *this, {.max_iterations = options_.max_iterations, .least_sigma = rounding});
+        levenberg_marquardt<6>(start, *this, {.max_iterations = options_.max_iterations, .min_sigma = rounding});
     if (found.status == LevenbergMarquardtStatus::NotFinite) return std::nullopt;
     Resection out;
     out.T_camera_points = found.x;

@@ -111,7 +111,7 @@ void ProfileScan::validate() const {
     require(T_base_flange[i].matrix().allFinite() && is_rotation(T_base_flange[i].linear()),
             "T_base_flange: row " + std::to_string(i) + " is no rigid motion");
   require(is_rotation(T_flange_scanner.linear()), "T_flange_scanner is no rigid motion");
-  require(std::isfinite(lag), "lag must be finite [s]");
+  require(std::isfinite(delay), "delay must be finite [s]");
 }
 
 Cloud cloud_from_profiles(const ProfileScan& scan) {
@@ -119,17 +119,17 @@ Cloud cloud_from_profiles(const ProfileScan& scan) {
   const double first = scan.pose_times[0], last = scan.pose_times[scan.pose_times.size() - 1];
   std::vector<Index> exposed;
   for (Index i = 0; i < scan.times.size(); ++i)
-    if (const double t = scan.times[i] - scan.lag; t >= first && t <= last) exposed.push_back(i);
+    if (const double t = scan.times[i] - scan.delay; t >= first && t <= last) exposed.push_back(i);
   require(!exposed.empty(),
           "times: no profile was exposed within the times of the poses; do both clocks count from the "
-          "same instant, and is lag in seconds?");
+          "same instant, and is delay in seconds?");
   Cloud out;
   const Index n = scan.x.cols();
   out.points.resize(3, n * static_cast<Index>(exposed.size()));
   out.origins.resize(3, out.points.cols());
   Index column = 0;
   for (const Index i : exposed) {
-    const Pose T_base_scanner = interpolated(scan, scan.times[i] - scan.lag) * scan.T_flange_scanner;
+    const Pose T_base_scanner = interpolated(scan, scan.times[i] - scan.delay) * scan.T_flange_scanner;
     for (Index k = 0; k < n; ++k, ++column) {
       out.points.col(column) = T_base_scanner * Vector3d(scan.x(i, k), 0, scan.z(i, k));
       out.origins.col(column) = T_base_scanner.translation();

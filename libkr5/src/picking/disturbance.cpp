@@ -23,7 +23,7 @@ using Eigen::Vector2d;
 
 void ImageNoiseOptions::validate() const {
   require(average >= 0 && average <= 10, "average must lie between 0 and 10 [px]");
-  require(least_spread > 0 && least_spread < 50, "least_spread must lie between 0 and 50 [grey]");
+  require(min_spread > 0 && min_spread < 50, "min_spread must lie between 0 and 50 [grey]");
   require(moved_share > 0 && moved_share < 1, "moved_share must lie between 0 and 1 [-]");
 }
 
@@ -135,11 +135,11 @@ double scatter(const MatrixXd& m) {
 /// The light of each image made that of their median, and images in which something moved taken out.
 int keep_still(std::vector<MatrixXd>& images, const ImageNoiseOptions& options) {
   const MatrixXd middle = median_image(images);
-  for (MatrixXd& image : images) image = fit_light(image, middle, options.least_spread).applied(image);
+  for (MatrixXd& image : images) image = fit_light(image, middle, options.min_spread).applied(image);
   std::vector<double> scatters;  // of pairs: of few images the median is one of them
   for (std::size_t i = 0; i < images.size(); ++i)
     scatters.push_back(scatter(images[i] - images[(i + 1) % images.size()]) / std::sqrt(2.0));
-  const double limit = 8 * std::max(median(scatters), options.least_spread);
+  const double limit = 8 * std::max(median(scatters), options.min_spread);
   std::vector<MatrixXd> still;
   for (std::size_t i = 0; i < images.size(); ++i) {
     const auto far = static_cast<double>(((images[i] - middle).array().abs() > limit).count());
@@ -238,7 +238,7 @@ ImageNoise learn_image_noise(std::span<const ImageView> images, const ImageNoise
   for (const MatrixXd& image : used) sum += image;
   sum /= out.images;
   for (const MatrixXd& image : used) squares += (image - sum).cwiseAbs2();
-  const double dof = out.images - 1, least = options.least_spread * options.least_spread;
+  const double dof = out.images - 1, least = options.min_spread * options.min_spread;
   const ArrayXd share = averaged_share(out.mean.rows(), out.mean.cols(), options.average).reshaped().array();
   const ArrayXd variances = (share * squares.reshaped().array() / dof).max(least);
   const SharedVariance shared = shared_variance(variances, dof);

@@ -6,9 +6,8 @@
 #include <limits>
 #include <numbers>
 
-#include <Eigen/Eigenvalues>
-
 #include <kr5/core/error.hpp>
+#include <kr5/core/linear.hpp>
 
 #include "length_text.hpp"
 #include "ray_grid.hpp"
@@ -84,7 +83,7 @@ class Planner {
           Matrix3d::Identity() - out.T_base_gripper.linear().col(2) * out.T_base_gripper.linear().col(2).transpose();
       const Matrix3d covariance =
           across * pellet.frame * pellet.covariance.topLeftCorner<3, 3>() * pellet.frame.transpose() * across;
-      const double std_across = std::sqrt(Eigen::SelfAdjointEigenSolver<Matrix3d>(covariance).eigenvalues()[2]);
+      const double std_across = std::sqrt(symmetric_eigen(covariance).values[2]);
       if (std_across > options_.max_position_std) {
         out.finding = GraspFinding::Uncertain;
         out.reason = "its place is uncertain by " + millimetres(std_across) + " (standard deviation); " +
@@ -126,7 +125,7 @@ class Planner {
   void best_approach(int number, Grasp& out) const {
     const SolidCylinder& own = solids_[static_cast<std::size_t>(number)];
     GraspFinding nearest_to_good = GraspFinding::Leaning;
-    double least_lean = std::numeric_limits<double>::infinity();
+    double min_lean = std::numeric_limits<double>::infinity();
     double best_seal = 0;
     const auto rank = [](GraspFinding f) {  // how far a candidate came
       return f == GraspFinding::Leaning       ? 0
@@ -139,7 +138,7 @@ class Planner {
       double clearance = 0, seal = 0;
       if (a.lean > options_.max_lean) {
         finding = GraspFinding::Leaning;
-      } else if (a.lean >= least_lean) {
+      } else if (a.lean >= min_lean) {
         continue;
       } else if (seal = sealed(own, a); seal < options_.min_sealed) {
         finding = GraspFinding::SmallPatch;
@@ -151,18 +150,18 @@ class Planner {
         finding = GraspFinding::TouchesPile;
       }
       if (finding != GraspFinding::Graspable) {
-        if (least_lean == std::numeric_limits<double>::infinity() && rank(finding) > rank(nearest_to_good))
+        if (min_lean == std::numeric_limits<double>::infinity() && rank(finding) > rank(nearest_to_good))
           nearest_to_good = finding;
         continue;
       }
-      least_lean = a.lean;
+      min_lean = a.lean;
       out.finding = finding;
       out.clearance = clearance;
       out.sealed = seal;
       out.on_face = a.on_face;
       out.T_base_gripper = pose_of(a, own);
     }
-    if (least_lean < std::numeric_limits<double>::infinity()) {
+    if (min_lean < std::numeric_limits<double>::infinity()) {
       out.reason = out.on_face ? "by its end face" : "by its side";
       return;
     }

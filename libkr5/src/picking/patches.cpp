@@ -7,13 +7,12 @@
 #include <memory>
 #include <unordered_map>
 
-#include <Eigen/Eigenvalues>
-
 #include <pcl/features/normal_3d.h>
 #include <pcl/search/kdtree.h>
 #include <pcl/segmentation/region_growing.h>
 
 #include <kr5/core/error.hpp>
+#include <kr5/core/linear.hpp>
 
 namespace kr5::picking {
 
@@ -131,14 +130,14 @@ Patch patch_of(const pcl::PointIndices& cluster, const Surface& surface, const C
   const auto count = static_cast<double>(cluster.indices.size());
   out.centroid = sum / count;
   out.normal = normals.normalized();
-  const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(scatter / count);  // eigenvalues rise
-  const Vector3d l = eigen.eigenvalues();
+  const SymmetricEigen eigen = symmetric_eigen(Matrix3d(scatter / count));  // eigenvalues rise
+  const Vector3d l = eigen.values;
   if (l[1] < options.flat_limit * l[2]) {
     out.kind = PatchKind::Flat;
     out.axis = out.normal;
   } else {
     out.kind = l[0] < 0.5 * l[1] ? PatchKind::Curved : PatchKind::Mixed;
-    out.axis = eigen.eigenvectors().col(0);
+    out.axis = eigen.vectors.col(0);
   }
   return out;
 }

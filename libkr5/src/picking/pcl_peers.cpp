@@ -89,7 +89,7 @@ void prepare(PeerSegmentation& segmentation, const PclCylinderOptions& options) 
 }
 
 /// The rows of the greatest connected part.
-pcl::Indices greatest_cluster(const PeerPoints::Ptr& points, const pcl::Indices& rows, double gap) {
+pcl::Indices max_cluster(const PeerPoints::Ptr& points, const pcl::Indices& rows, double gap) {
   pcl::EuclideanClusterExtraction<pcl::PointXYZ> extraction;
   extraction.setInputCloud(points);
   extraction.setIndices(std::make_shared<pcl::Indices>(rows));
@@ -142,7 +142,7 @@ std::vector<PclCylinder> pcl_find_cylinders(const Cloud& cloud, const Bin& bin, 
     pcl::PointIndices inliers;
     pcl::ModelCoefficients model;
     segmentation.segment(inliers, model);
-    const pcl::Indices own = greatest_cluster(points, inliers.indices, 2.5 * options.voxel);
+    const pcl::Indices own = max_cluster(points, inliers.indices, 2.5 * options.voxel);
     if (static_cast<int>(own.size()) < options.min_points) break;
     PclCylinder found = cylinder_of(model, *points, own);
     found.point += shift;

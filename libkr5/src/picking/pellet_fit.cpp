@@ -17,7 +17,7 @@ namespace {
 enum class PelletSurface { Side, Top, Bottom };  // Top: the end the axis points to
 
 /// A place on one of the surfaces; an edge is one on the surface that does not show there.
-struct Sighting {
+struct SurfacePoint {
   Vector3d point;
   PelletSurface surface;
   double sigma;
@@ -56,7 +56,7 @@ struct EdgeSearch {
   }
   /// What lies there is hidden, so that a gap about it is no edge.
   void hide(std::size_t k, double where) { gaps[k].hidden.push_back(where); }
-  void add_to(std::vector<Sighting>& out, PelletSurface surface, double expected, double pitch, double tolerance,
+  void add_to(std::vector<SurfacePoint>& out, PelletSurface surface, double expected, double pitch, double tolerance,
               double noise) const {
     for (const Gap& gap : gaps) {
       const double width = gap.by - gap.on, middle = (gap.by + gap.on) / 2;
@@ -71,9 +71,9 @@ struct EdgeSearch {
 };
 
 /// Where only the side is seen, the ends lie beyond its points, and no further from each other than the height allows.
-void add_extent(const PelletScene& scene, const SolidCylinder& at, std::vector<Sighting>& out) {
+void add_extent(const PelletScene& scene, const SolidCylinder& at, std::vector<SurfacePoint>& out) {
   double low = std::numeric_limits<double>::infinity(), high = -low;
-  for (const Sighting& s : out) {
+  for (const SurfacePoint& s : out) {
     if (s.surface != PelletSurface::Side) return;
     const double t = at.local(s.point).z();
     low = std::min(low, t), high = std::max(high, t);
@@ -87,8 +87,8 @@ void add_extent(const PelletScene& scene, const SolidCylinder& at, std::vector<S
 }
 
 /// Points on the surfaces of a cylinder and its edges; all in the coordinates of the base.
-std::vector<Sighting> sightings(const PelletScene& scene, const SolidCylinder& at, double gate) {
-  std::vector<Sighting> out;
+std::vector<SurfacePoint> points_seen(const PelletScene& scene, const SolidCylinder& at, double gate) {
+  std::vector<SurfacePoint> out;
   const Matrix3d R = at.frame.transpose();
   const double half = at.height / 2, depth = scene.depth(), sigma = std::max(scene.noise, 1e-5);
   const double margin = std::min(gate, 0.05 * at.radius);
@@ -145,13 +145,13 @@ using Vector7 = Eigen::Matrix<double, 7, 1>;
 /// Steps: centre in the frame of the cylinder, tilts about its first two axes, radius, height.
 struct PelletProblem {
   const PelletScene& scene;
-  const std::vector<Sighting>& seen;
+  const std::vector<SurfacePoint>& seen;
   const SolidCylinder& start;
 
   NormalEquations<7> equations(const SolidCylinder& at) const {
     NormalEquations<7> out;
     const Matrix3d R = at.frame.transpose();
-    for (const Sighting& s : seen) {
+    for (const SurfacePoint& s : seen) {
       const Vector3d q = R * (s.point - at.centre);
       Vector7 row = Vector7::Zero();
       double residual = 0;
@@ -245,13 +245,13 @@ PelletFit fit_pellet(const PelletScene& scene, const SolidCylinder& start, FitSt
   PelletFit out;
   out.cylinder = start;
   const double narrow = scene.tolerance();
-  std::vector<Sighting> seen;
+  std::vector<SurfacePoint> seen;
   NormalEquations<7> end;
   std::vector<double> gates = {narrow, narrow};
   if (from == FitStart::Hypothesis)
     gates = {std::max(narrow, 0.12 * start.radius), std::max(narrow, 0.07 * start.radius), narrow};
   for (const double gate : gates) {
-    seen = sightings(scene, out.cylinder, gate);
+    seen = points_seen(scene, out.cylinder, gate);
     const SolidCylinder before = out.cylinder;
     const auto fit =
         levenberg_marquardt<7>(before, PelletProblem{scene, seen, before}, {.max_iterations = 12, .sigma = 1.0});
@@ -260,7 +260,7 @@ PelletFit fit_pellet(const PelletScene& scene, const SolidCylinder& start, FitSt
   }
   const Matrix3d R = out.cylinder.frame.transpose();
   double sum = 0;
-  for (const Sighting& s : seen) {
+  for (const SurfacePoint& s : seen) {
     if (s.edge) {
       ++out.edges;
       continue;

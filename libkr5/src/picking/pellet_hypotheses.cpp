@@ -3,8 +3,7 @@
 
 #include <numbers>
 
-#include <Eigen/Eigenvalues>
-
+#include <kr5/core/linear.hpp>
 #include <kr5/picking/cylinder_fit.hpp>
 
 namespace kr5::picking {
@@ -17,17 +16,18 @@ using Eigen::Vector3d;
 namespace {
 
 /// A start and how well the rays agree with it.
-struct Candidate {
+struct ScoredCylinder {
   double score = 0.0;
   SolidCylinder cylinder;
 };
 
 /// Adds the best ones that are some distance apart.
-void add_best(std::vector<Candidate> candidates, std::size_t count, double apart, std::vector<SolidCylinder>& out) {
+void add_best(std::vector<ScoredCylinder> candidates, std::size_t count, double apart,
+              std::vector<SolidCylinder>& out) {
   std::sort(candidates.begin(), candidates.end(),
-            [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
+            [](const ScoredCylinder& a, const ScoredCylinder& b) { return a.score > b.score; });
   std::vector<Vector3d> taken;
-  for (const Candidate& c : candidates) {
+  for (const ScoredCylinder& c : candidates) {
     if (taken.size() == count || c.score <= 0) break;
     const auto near = [&](const Vector3d& other) { return (other - c.cylinder.centre).norm() < apart; };
     if (std::any_of(taken.begin(), taken.end(), near)) continue;
@@ -106,11 +106,11 @@ void from_side(const PelletScene& scene, const Matrix3Xd& points, const std::opt
     if (side.hits() && std::min(-side.in, side.out - side.in) > depth) profile.add_through(q.z() + side.in * e.z());
   });
   profile.close();
-  std::vector<Candidate> candidates;
+  std::vector<ScoredCylinder> candidates;
   const double height_step = std::max((o.max_height - o.min_height) / 4, 1e-9);
   for (double height = o.min_height; height <= o.max_height + 1e-9; height += height_step)
     for (double low = -reach; low + height <= reach; low += profile.step()) {
-      Candidate c{profile.score(low, low + height), at};
+      ScoredCylinder c{profile.score(low, low + height), at};
       c.cylinder.height = height;
       c.cylinder.centre = at.centre + side.axis * (low + height / 2);
       candidates.push_back(c);
@@ -157,8 +157,8 @@ void from_face(const PelletScene& scene, const Matrix3Xd& points, const Vector3d
   const PelletOptions& o = scene.options;
   const Vector3d mean = points.rowwise().mean();
   const Matrix3Xd about = points.colwise() - mean;
-  const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(about * about.transpose());
-  Vector3d n = eigen.eigenvectors().col(0);
+  const SymmetricEigen eigen = symmetric_eigen(Matrix3d(about * about.transpose()));
+  Vector3d n = eigen.vectors.col(0);
   if (n.dot(normal) < 0) n = -n;
   if (n.dot(normal) < 0.8) n = normal;
   const Matrix3d frame = axes_about(n), R = frame.transpose();
@@ -174,7 +174,7 @@ void from_face(const PelletScene& scene, const Matrix3Xd& points, const Vector3d
       rays.through.add(crossing);
     }
   });
-  std::vector<Candidate> candidates;
+  std::vector<ScoredCylinder> candidates;
   const double step = o.radius / 16;
   for (int k = 0; k < 9; ++k) {
     const double angle = 2 * std::numbers::pi * k / 8, out_by = k == 8 ? 0.0 : 0.6 * o.radius;
@@ -189,7 +189,7 @@ void from_face(const PelletScene& scene, const Matrix3Xd& points, const Vector3d
       }
       if (centre == from) stride /= 2;
     }
-    Candidate c;
+    ScoredCylinder c;
     c.score = best;
     c.cylinder.frame = frame;
     c.cylinder.radius = o.radius;

@@ -8,9 +8,8 @@
 #include <limits>
 #include <map>
 
-#include <Eigen/Eigenvalues>
-
 #include <kr5/core/error.hpp>
+#include <kr5/core/linear.hpp>
 #include <kr5/core/statistics.hpp>
 #include <kr5/picking/cylinder_fit.hpp>
 
@@ -209,8 +208,8 @@ class PelletSearch {
       const PelletFit final = fit_pellet(alone, fit.cylinder, FitStart::Fitted);
       const Eigen::Matrix3d centre = final.covariance.topLeftCorner<3, 3>();
       const Eigen::Matrix2d tilt = final.covariance.block<2, 2>(3, 3);
-      const double position_std = std::sqrt(Eigen::SelfAdjointEigenSolver<Matrix3d>(centre).eigenvalues()[2]);
-      const double axis_std = std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(tilt).eigenvalues()[1]);
+      const double position_std = std::sqrt(symmetric_eigen(centre).values[2]);
+      const double axis_std = std::sqrt(symmetric_eigen(tilt).values[1]);
       if (position_std > options_.accepted_position_std || axis_std > options_.accepted_axis_std ||
           final.verdict.crossed() > options_.max_crossed || final.verdict.exposed() < options_.min_exposed) {
         ++result_.doubtful;

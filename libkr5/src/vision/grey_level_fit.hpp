@@ -14,7 +14,7 @@ namespace kr5::vision {
 /// Scale of a residual before the first step: nothing is weighted down.
 constexpr double unknown_scale = 1e6;
 constexpr double huber_limit = 3.0;  ///< [scales]
-constexpr double least_sigma = 0.5;  ///< Of rounding to whole greys, and of what a model leaves [grey].
+constexpr double min_sigma = 0.5;    ///< Of rounding to whole greys, and of what a model leaves [grey].
 
 template <int N>
 struct GreyLevelFit {
@@ -37,14 +37,14 @@ GreyLevelFit<N> fit_grey_levels(const Eigen::Matrix<double, N, 1>& start, const 
 
     NormalEquations<N> equations(const Vector& x) const { return equations_of(x, scale); }
     bool reweigh(const Vector&, const NormalEquations<N>& at) {
-      const double estimated = std::max(std::sqrt(at.variance()), least_sigma);
+      const double estimated = std::max(std::sqrt(at.variance()), min_sigma);
       if (std::abs(estimated - scale) <= 0.2 * scale) return false;
       scale = estimated;
       return true;
     }
   } problem{equations_of, scale};
-  const auto found = levenberg_marquardt<N>(start, problem,
-                                            {.max_iterations = 30, .tolerance = tolerance, .least_sigma = least_sigma});
+  const auto found =
+      levenberg_marquardt<N>(start, problem, {.max_iterations = 30, .tolerance = tolerance, .min_sigma = min_sigma});
   GreyLevelFit<N> fit;
   fit.x = found.x;
   fit.sigma = std::sqrt(found.equations.variance());

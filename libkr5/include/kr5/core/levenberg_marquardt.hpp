@@ -108,7 +108,7 @@ struct LevenbergMarquardtOptions {
   int max_iterations = 50;
   double tolerance = 1e-3;        ///< [-]
   double sigma = 0.0;             ///< Unit of the residuals.
-  double least_sigma = 1e-9;      ///< Unit of the residuals.
+  double min_sigma = 1e-9;        ///< Unit of the residuals.
   double initial_damping = 1e-4;  ///< [-]
 
   /// @throws InvalidArgument naming the field.
@@ -116,7 +116,7 @@ struct LevenbergMarquardtOptions {
     require(max_iterations >= 0, "max_iterations must not be negative");
     require(tolerance > 0 && std::isfinite(tolerance), "tolerance must be positive [-]");
     require(sigma >= 0 && std::isfinite(sigma), "sigma must not be negative; 0 means estimated");
-    require(least_sigma > 0 && std::isfinite(least_sigma), "least_sigma must be positive");
+    require(min_sigma > 0 && std::isfinite(min_sigma), "min_sigma must be positive");
     require(initial_damping > 0 && std::isfinite(initial_damping), "initial_damping must be positive [-]");
   }
 
@@ -124,7 +124,7 @@ struct LevenbergMarquardtOptions {
     visit("max_iterations", self.max_iterations, "Maximum number of trial steps.");
     visit("tolerance", self.tolerance, "Step, in standard deviations of the estimate, at which to stop [-].");
     visit("sigma", self.sigma, "Standard deviation of a residual; 0: estimated from the residuals.");
-    visit("least_sigma", self.least_sigma, "Lower limit of the estimated sigma, for fits without noise.");
+    visit("min_sigma", self.min_sigma, "Lower limit of the estimated sigma, for fits without noise.");
     visit("initial_damping", self.initial_damping, "Damping of the first step, relative to the information [-].");
   }
 };
@@ -167,7 +167,7 @@ class LevenbergMarquardt {
     gradient_ = at.gradient;
     cost_ = at.cost;
     const double sigma =
-        options_.sigma > 0 ? options_.sigma : std::max(std::sqrt(std::max(at.variance(), 0.0)), options_.least_sigma);
+        options_.sigma > 0 ? options_.sigma : std::max(std::sqrt(std::max(at.variance(), 0.0)), options_.min_sigma);
     negligible_ = options_.tolerance * options_.tolerance * sigma * sigma;
     scale_ = information_.diagonal().unaryExpr([](double a) { return a > 0 ? 1 / std::sqrt(a) : 0.0; });
     information_ = (scale_.asDiagonal() * information_ * scale_.asDiagonal()).eval();
@@ -191,18 +191,18 @@ class LevenbergMarquardt {
     }
     if (better) {
       cost_ = cost;
-      damping_ = std::max(0.1 * damping_, least_damping);
+      damping_ = std::max(0.1 * damping_, min_damping);
     } else if (running()) {
       damping_ = std::max(10 * damping_, damping_after_failure);
       solve();
-      if (running() && damping_ > greatest_damping) status_ = Status::NoDecrease;
+      if (running() && damping_ > max_damping) status_ = Status::NoDecrease;
       if (running() && iterations_ >= options_.max_iterations) status_ = Status::MaxIterations;
     }
     return better;
   }
 
  private:
-  static constexpr double least_damping = 1e-9, damping_after_failure = 1e-3, greatest_damping = 1e8;
+  static constexpr double min_damping = 1e-9, damping_after_failure = 1e-3, max_damping = 1e8;
 
   /// Solves the normal equations, scaled to a unit diagonal (so that units do not matter), with the present damping.
   void solve() noexcept {

@@ -122,7 +122,7 @@ struct Diagnosis {
   NextExperiment next_experiment;
   std::vector<NearestEffect> nearest;
   std::vector<UntriedEffect> not_tried;
-  double scatter = 0.0;
+  double nuisance_std = 0.0;
   std::vector<ScopeLimit> scope;
   std::vector<NoiseRatio> noise;
   std::vector<ClockFault> clock_faults;
@@ -151,7 +151,7 @@ struct Diagnosis {
     visit("nearest", self.nearest,
           "Effects that come nearest to explaining what remains, where something does; smallest gap first.");
     visit("not_tried", self.not_tried, "Effects of the catalogue that were not tried, and why.");
-    visit("scatter", self.scatter,
+    visit("nuisance_std", self.nuisance_std,
           "Estimated relative error of the nominal masses, torque constants and (twice that) friction; not a cause.");
     visit("scope", self.scope, "Limits of what the recording can show, within which the verdict holds; empty: none.");
     visit("noise", self.noise,

@@ -24,7 +24,7 @@ struct PlanOptions {
   double speed = 0.7;
   double load = 0.0;
   double wait = 1800.0;
-  double scatter = 0.004;
+  double nuisance_std = 0.004;
   double simulator_accuracy = 0.02;
   int keep = 5;
   int threads = 0;
@@ -45,7 +45,7 @@ struct PlanOptions {
           "Mass of a known weight that may be hung on the tool, at its centre of mass; 0: none [kg].");
     visit("wait", self.wait,
           "Longest acceptable waiting time before an experiment, during which the cell keeps moving [s].");
-    visit("scatter", self.scatter,
+    visit("nuisance_std", self.nuisance_std,
           "Assumed relative error of the nominal masses, torque constants and (twice that) friction [-].");
     visit("simulator_accuracy", self.simulator_accuracy, "Assumed relative error of a simulated effect [-].");
     visit("keep", self.keep, "Number of experiments that are returned, the best first.");

@@ -45,9 +45,9 @@ struct PassiveLimits {
   std::vector<int> posture;
   Eigen::MatrixXd yield_force;  ///< [N]
   Eigen::MatrixXi yield_motor;
-  Eigen::MatrixXd push_force;    ///< [N]
-  double greatest_margin = 0.0;  ///< [-]
-  FitReport fit;                 ///< Look at fit.usable() first.
+  Eigen::MatrixXd push_force;  ///< [N]
+  double max_margin = 0.0;     ///< [-]
+  FitReport fit;               ///< Look at fit.usable() first.
 
   static void each_field(auto& self, auto&& visit) {
     visit("limit", self.limit, "Current limit of each motor, for all postures [A].");
@@ -62,7 +62,7 @@ struct PassiveLimits {
     visit("push_force", self.push_force,
           "Maximum force that a moving arm exerts on what stops its tool, postures x directions; infinite where no "
           "motor limits it [N].");
-    visit("greatest_margin", self.greatest_margin,
+    visit("max_margin", self.max_margin,
           "Margin up to which a standing arm has given way at `contact_force`; negative: with none [-].");
     visit("fit", self.fit, "Degenerate where gravity is not determined in a posture; look at fit.usable first.");
   }

@@ -36,7 +36,7 @@ struct DriveOptions {
   bool common_zero = false;
   double coupling_false_alarm = 0.01;  ///< [-]
   double outlier_false_alarm = 0.01;   ///< [-]
-  double least_coupling = 1e-3;        ///< [-]
+  double min_coupling = 1e-3;          ///< [-]
   bool common_noise = true;
   bool reject_outliers = true;
 
@@ -52,7 +52,7 @@ struct DriveOptions {
           "Probability that a coupling is reported where there is none, over all of a motor [-].");
     visit("outlier_false_alarm", self.outlier_false_alarm,
           "Probability of a false outlier in sound readings, over all readings of a motor [-].");
-    visit("least_coupling", self.least_coupling,
+    visit("min_coupling", self.min_coupling,
           "Coupling, relative to the motor's own ratio, below which it counts as none [-].");
     visit("common_noise", self.common_noise, "Joint readings with the same noise.");
     visit("reject_outliers", self.reject_outliers, "Exclusion of outliers from the estimate.");

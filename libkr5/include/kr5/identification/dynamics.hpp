@@ -35,10 +35,10 @@ struct DynamicsOptions {
   Estimator estimator = Estimator::Weighted;
   double held_out = 1.0 / 3.0;    ///< Last part of the samples, on which the estimate is judged only [-].
   bool choose_terms = false;      ///< Offers further friction terms; those that surely predict better stay.
-  bool choose_estimate = false;   ///< Estimator, prior_spread and least_speed as thirds left out are predicted best.
+  bool choose_estimate = false;   ///< Estimator, prior_spread and min_speed as thirds left out are predicted best.
   int blocks = 10;                ///< Of time, for the cross-validation of `choose_terms`.
   double huber = 1.345;           ///< Limit of the Huber loss [standard deviations].
-  double least_speed = 0.0;       ///< Part of the RMS speed below which a joint's rows are left out [-].
+  double min_speed = 0.0;         ///< Part of the RMS speed below which a joint's rows are left out [-].
   int max_iterations = 20;        ///< Of weights.
   int max_body_iterations = 300;  ///< Steps of Consistent.
   std::vector<kinematics::Body> prior_bodies;  ///< For Consistent, one a link in its frame; empty: balls of 2 kg.
@@ -51,11 +51,11 @@ struct DynamicsOptions {
     visit("held_out", self.held_out, "Last part of the samples, held out for validation [-].");
     visit("choose_terms", self.choose_terms, "Friction terms chosen by cross-validation over blocks of time.");
     visit("choose_estimate", self.choose_estimate,
-          "Estimator (weighted, and consistent where prior_bodies are given), prior_spread and least_speed chosen by "
+          "Estimator (weighted, and consistent where prior_bodies are given), prior_spread and min_speed chosen by "
           "predicting each third of the samples from the other two.");
     visit("blocks", self.blocks, "Number of blocks of the cross-validation.");
     visit("huber", self.huber, "Limit of the Huber loss [standard deviations].");
-    visit("least_speed", self.least_speed,
+    visit("min_speed", self.min_speed,
           "Fraction of the RMS speed of a joint below which its torques are left out of the fit; 0: none. Near rest "
           "and reversals the direction of dry friction is unknown; 0.02 suits an arm that pauses [-].");
     visit("max_iterations", self.max_iterations, "Maximum number of iterations of the weights.");
@@ -82,7 +82,7 @@ struct DynamicsResult {
   FitReport fit;
   Estimator estimator = Estimator::Weighted;  ///< As chosen, or given.
   double prior_spread = 0.0;                  ///< As chosen, or given; counts for Consistent [-].
-  double least_speed = 0.0;                   ///< As chosen, or given [-].
+  double min_speed = 0.0;                     ///< As chosen, or given [-].
   DynamicsModel model;                        ///< With the terms that were chosen.
   BaseParameters base;
   Observability observability;  ///< Of the samples that were fitted.
@@ -104,8 +104,7 @@ struct DynamicsResult {
     visit("fit", self.fit, "Report of the estimation.");
     visit("estimator", self.estimator, "Estimator, as chosen or given.");
     visit("prior_spread", self.prior_spread, "Spread of the priors, as chosen or given; counts for consistent [-].");
-    visit("least_speed", self.least_speed,
-          "Part of the RMS speed below which rows are left out, as chosen or given [-].");
+    visit("min_speed", self.min_speed, "Part of the RMS speed below which rows are left out, as chosen or given [-].");
     visit("model", self.model, "Model with the terms that were chosen.");
     visit("base", self.base, "Base parameters.");
     visit("observability", self.observability, "Information in the fitted samples.");

@@ -51,9 +51,9 @@ struct ExcitationOptions {
   double duration = 30.0;  ///< [s]
   int harmonics = 5;
   ExcitationProfile profile = ExcitationProfile::Trapezoidal;
-  double least_override = 0.3;  ///< [-]
-  double limit_share = 0.9;     ///< [-]
-  double ramp_time = 0.4;       ///< [s]
+  double min_override = 0.3;  ///< [-]
+  double limit_share = 0.9;   ///< [-]
+  double ramp_time = 0.4;     ///< [s]
   bool friction = true;
   bool rotors = true;
   Eigen::VectorXd torque_noise = {};  ///< [N m or N]
@@ -78,7 +78,7 @@ struct ExcitationOptions {
     visit("duration", self.duration, "Base period of the harmonics; greatest duration from point to point [s].");
     visit("harmonics", self.harmonics, "Number of harmonics of each joint.");
     visit("profile", self.profile, "Profile between points: trapezoidal | quintic.");
-    visit("least_override", self.least_override, "Minimum speed of a point-to-point stroke, over the greatest [-].");
+    visit("min_override", self.min_override, "Minimum speed of a point-to-point stroke, over the greatest [-].");
     visit("limit_share", self.limit_share, "Share of every limit that the motion may use [-].");
     visit("ramp_time", self.ramp_time,
           "Time in which a joint reaches its greatest speed, where no acceleration is limited [s].");

@@ -42,8 +42,8 @@ struct ForceLoopDesignOptions {
   double lowest_stiffness = 0.0;
   double highest_stiffness = 0.0;
   int points = 9;
-  double greatest_overshoot = 0.05;
-  double least_gain_margin = 4.0;
+  double max_overshoot = 0.05;
+  double min_gain_margin = 4.0;
   double duration = 20.0;
 
   /// @throws InvalidArgument naming the offending field.
@@ -55,9 +55,9 @@ struct ForceLoopDesignOptions {
     visit("highest_stiffness", self.highest_stiffness,
           "Highest stiffness to expect; 0: twice that of the plant [N/m].");
     visit("points", self.points, "Number of stiffnesses, spaced by equal factors.");
-    visit("greatest_overshoot", self.greatest_overshoot,
+    visit("max_overshoot", self.max_overshoot,
           "Overshoot that the recommended gain keeps to at every stiffness, over the final force [-].");
-    visit("least_gain_margin", self.least_gain_margin,
+    visit("min_gain_margin", self.min_gain_margin,
           "Gain margin that the recommended gain keeps at every stiffness [-].");
     visit("duration", self.duration, "Time over which the response is computed, at most 20000 cycles [s].");
   }

@@ -38,8 +38,8 @@ Eigen::VectorXd holding_torques(const kinematics::DhChain& chain, std::span<cons
 
 struct GravityOptions {
   Eigen::Vector3d gravity = {0.0, 0.0, -9.81};  ///< In B [m/s^2].
-  double least_speed = 0.005;                   ///< [rad/s or m/s]
-  double greatest_speed = 0.3;                  ///< [rad/s or m/s]
+  double min_speed = 0.005;                     ///< [rad/s or m/s]
+  double max_speed = 0.3;                       ///< [rad/s or m/s]
   double held_out = 1.0 / 3.0;                  ///< [-]
   bool viscous = true;
   bool offset = false;
@@ -49,9 +49,9 @@ struct GravityOptions {
 
   static void each_field(auto& self, auto&& visit) {
     visit("gravity", self.gravity, "Gravity in B [m/s^2].");
-    visit("least_speed", self.least_speed,
+    visit("min_speed", self.min_speed,
           "Speed below which a joint counts as standing: its friction has no known direction [rad/s or m/s].");
-    visit("greatest_speed", self.greatest_speed,
+    visit("max_speed", self.max_speed,
           "Speed of any joint above which a sample is left out: inertia is not part of the model [rad/s or m/s].");
     visit("held_out", self.held_out, "Last part of the samples of each joint, held out for validation [-].");
     visit("viscous", self.viscous, "Whether friction grows with the speed, for joints that moved at several speeds.");

@@ -9,7 +9,7 @@ struct PayloadOptions {
   Estimator estimator = Estimator::Weighted;  ///< Ordinary, Weighted or Robust.
   bool refit_friction = true;                 ///< Friction and offsets of the joints may differ from those of the arm.
   double huber = 1.345;                       ///< Limit of the Huber loss [standard deviations].
-  double least_speed = 0.0;                   ///< Part of the RMS speed below which a joint's rows are left out [-].
+  double min_speed = 0.0;                     ///< Part of the RMS speed below which a joint's rows are left out [-].
 
   /// @throws InvalidArgument naming the field.
   void validate() const;
@@ -17,7 +17,7 @@ struct PayloadOptions {
     visit("estimator", self.estimator, "Estimator: ordinary | weighted | robust.");
     visit("refit_friction", self.refit_friction, "Coulomb and viscous friction of each joint estimated anew.");
     visit("huber", self.huber, "Limit of the Huber loss [standard deviations].");
-    visit("least_speed", self.least_speed,
+    visit("min_speed", self.min_speed,
           "Fraction of the RMS speed of a joint below which its torques are left out of the fit [-].");
   }
 };

@@ -50,7 +50,7 @@ struct ServoOptions {
   CommandShape command = CommandShape::Held;
   bool fit_gain = true;
   bool fit_offset = true;
-  double greatest_delay = 0.5;
+  double max_delay = 0.5;
   double accepted_std = 0.3;
 
   /// @throws InvalidArgument naming the offending field.
@@ -60,7 +60,7 @@ struct ServoOptions {
     visit("command", self.command, "Command between two samples: held (as over a cycle) | smooth (cubic spline).");
     visit("fit_gain", self.fit_gain, "Estimate the gain k; otherwise it is 1.");
     visit("fit_offset", self.fit_offset, "Estimate a constant offset of the response; otherwise it is 0.");
-    visit("greatest_delay", self.greatest_delay, "Maximum delay that is searched [s].");
+    visit("max_delay", self.max_delay, "Maximum delay that is searched [s].");
     visit("accepted_std", self.accepted_std,
           "Relative standard deviation of the natural frequency above which a response is refused [-].");
   }
@@ -99,7 +99,7 @@ struct ServoResult {
   double noise = 0.0;
   double correlation = 1.0;
   double cycle = 0.0;
-  double greatest_speed = 0.0;
+  double max_speed = 0.0;
   std::optional<OvershootReading> overshoot;
   Eigen::VectorXd predicted;
   std::vector<std::string> warnings;
@@ -116,7 +116,7 @@ struct ServoResult {
     visit("correlation", self.correlation,
           "Variance of a mean of residuals over that of residuals without correlation [-].");
     visit("cycle", self.cycle, "Time between two samples, median [s].");
-    visit("greatest_speed", self.greatest_speed, "Maximum speed of the fitted response [m/s or rad/s].");
+    visit("max_speed", self.max_speed, "Maximum speed of the fitted response [m/s or rad/s].");
     visit("overshoot", self.overshoot, "Formula of the overshoot on the largest step; absent where none is seen.");
     visit("predicted", self.predicted, "Fitted response at each sample [m or rad].");
     visit("warnings", self.warnings,

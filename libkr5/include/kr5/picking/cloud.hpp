@@ -40,7 +40,7 @@ struct ProfileScan {
   std::vector<Pose> T_base_flange;  ///< Poses of the arm.
   Eigen::VectorXd pose_times;       ///< Of the poses, rising [s].
   Pose T_flange_scanner = Pose::Identity();
-  double lag = 0.0;  ///< [s]
+  double delay = 0.0;  ///< [s]
 
   /// @throws InvalidArgument naming the field and the row.
   void validate() const;
@@ -52,16 +52,16 @@ struct ProfileScan {
     visit("T_base_flange", self.T_base_flange, "Poses of the arm.");
     visit("pose_times", self.pose_times, "Times of the poses, rising [s].");
     visit("T_flange_scanner", self.T_flange_scanner, "Pose of the scanner on the flange.");
-    visit("lag", self.lag,
+    visit("delay", self.delay,
           "Time by which the stamp of a profile is later than its exposure on the clock of the poses [s].");
   }
 };
 
 /// Points of a scan, each profile at the pose of the arm when it was exposed: poses are interpolated (position
-/// linearly, orientation along the shortest turn) at the time of the profile less the lag. Profiles exposed before the
-/// first pose or after the last are left out. Columns stand in the order of the profiles, NaN kept, so that an image of
-/// the scan keeps its shape. @throws InvalidArgument for an invalid scan, or when no profile lies within the times of
-/// the poses.
+/// linearly, orientation along the shortest turn) at the time of the profile less the delay. Profiles exposed before
+/// the first pose or after the last are left out. Columns stand in the order of the profiles, NaN kept, so that an
+/// image of the scan keeps its shape. @throws InvalidArgument for an invalid scan, or when no profile lies within the
+/// times of the poses.
 Cloud cloud_from_profiles(const ProfileScan& scan);
 
 /// What a cloud is like that cannot be picked from, or Good.

@@ -22,7 +22,7 @@ using PixelMask = Eigen::Matrix<bool, Eigen::Dynamic, Eigen::Dynamic>;  ///< Row
 
 struct ImageNoiseOptions {
   int average = 1;
-  double least_spread = 0.3;
+  double min_spread = 0.3;
   double moved_share = 0.001;
 
   /// @throws InvalidArgument naming the offending field.
@@ -31,7 +31,7 @@ struct ImageNoiseOptions {
   static void each_field(auto& self, auto&& visit) {
     visit("average", self.average,
           "Half side of the square over which an image is averaged: 1 is 3 x 3 pixels, 0 none [px].");
-    visit("least_spread", self.least_spread,
+    visit("min_spread", self.min_spread,
           "Minimum standard deviation of an averaged pixel; the rounding of a grey level has 0.29 [grey].");
     visit("moved_share", self.moved_share,
           "Share of the pixels that may lie far off before an image counts as one in which something moved [-].");

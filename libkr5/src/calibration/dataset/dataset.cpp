@@ -124,7 +124,7 @@ bool numbered(const std::vector<fs::path>& files) {
   return map.size() == files.size() && !map.contains(-1);
 }
 
-std::string names(const std::vector<fs::path>& files) {
+std::string file_names(const std::vector<fs::path>& files) {
   std::string out;
   for (std::size_t i = 0; i < files.size() && i < 5; ++i) out += (i ? ", " : "") + files[i].filename().string();
   return out + (files.size() > 5 ? ", ..." : "");
@@ -141,11 +141,11 @@ void pair_by_number(const std::string& source, std::vector<fs::path>& images, st
   if (!lonely_images.empty())
     throw IoError(source + ": poses: " + std::to_string(lonely_images.size()) +
                   (lonely_images.size() == 1 ? " image" : " images") + " without a pose of the same number: " +
-                  names(lonely_images) + "; add the pose, remove the image, or set 'pairing: order'");
+                  file_names(lonely_images) + "; add the pose, remove the image, or set 'pairing: order'");
   if (!lonely_poses.empty())
     throw IoError(source + ": images: " + std::to_string(lonely_poses.size()) +
                   (lonely_poses.size() == 1 ? " pose" : " poses") + " without an image of the same number: " +
-                  names(lonely_poses) + "; add the image, remove the pose, or set 'pairing: order'");
+                  file_names(lonely_poses) + "; add the image, remove the pose, or set 'pairing: order'");
   images.clear(), poses.clear();
   for (const auto& [number, file] : image_of) images.push_back(file);
   for (const auto& [number, file] : pose_of) poses.push_back(file);

@@ -24,8 +24,8 @@ namespace {
 using evidence::Case;
 using evidence::SetupHypothesis;
 
-constexpr double families = 8;          // of hypotheses, which share the false alarms
-constexpr std::size_t least_views = 6;  // for a second look without outliers
+constexpr double families = 8;        // of hypotheses, which share the false alarms
+constexpr std::size_t min_views = 6;  // for a second look without outliers
 
 /// Turns of the target as the camera saw it, which do not depend on how the robot's numbers are read.
 Eigen::Vector3d seen_turns(const evidence::Sightings& sightings) {
@@ -66,7 +66,7 @@ bool matters(const Case& c, const SetupHypothesis& h) {
   return moved.dot(covariance.ldlt().solve(moved)) > uncertainty::chi_square_quantile(0.99, 6);
 }
 
-struct Candidate {
+struct JudgedHypothesis {
   SetupHypothesis hypothesis;
   double gain = 0.0;  ///< Net.
   double held_out = 0.0;
@@ -84,9 +84,9 @@ bool looks_for_outliers(const Case& c, const HandEyeResult& result) {
 }
 
 /// Significant hypotheses, the best of each kind, best first.
-std::vector<Candidate> compete(const Case& c, const HandEyeResult& result, const HandEyeDiagnosisOptions& options,
-                               double held_out_sound) {
-  std::vector<Candidate> out;
+std::vector<JudgedHypothesis> compete(const Case& c, const HandEyeResult& result,
+                                      const HandEyeDiagnosisOptions& options, double held_out_sound) {
+  std::vector<JudgedHypothesis> out;
   const auto consider = [&](const std::vector<SetupHypothesis>& family) {
     const SetupHypothesis* best = nullptr;
     for (const SetupHypothesis& h : family)
@@ -109,13 +109,13 @@ std::vector<Candidate> compete(const Case& c, const HandEyeResult& result, const
 }
 
 /// Causes with their probabilities; those that the best one makes improbable are left out.
-std::vector<NamedCause> name_causes(const Case& c, const std::vector<Candidate>& candidates, const Pose& T_mount_camera,
-                                    const HandEyeDiagnosis& so_far) {
+std::vector<NamedCause> name_causes(const Case& c, const std::vector<JudgedHypothesis>& candidates,
+                                    const Pose& T_mount_camera, const HandEyeDiagnosis& so_far) {
   std::vector<NamedCause> out;
   const Eigen::Vector3d tool(0, 0, so_far.working_distance);
   double total = candidates.empty() ? 1.0 : std::exp(-0.5 * candidates.front().gain);
-  for (const Candidate& k : candidates) total += std::exp(0.5 * (k.gain - candidates.front().gain));
-  for (const Candidate& k : candidates) {
+  for (const JudgedHypothesis& k : candidates) total += std::exp(0.5 * (k.gain - candidates.front().gain));
+  for (const JudgedHypothesis& k : candidates) {
     const double probability = std::exp(0.5 * (k.gain - candidates.front().gain)) / total;
     if (probability < 0.01) continue;
     for (const HandEyeCause cause : k.hypothesis.causes) {
@@ -357,7 +357,7 @@ HandEyeDiagnosis diagnose_hand_eye(const HandEyeRecording& given, const HandEyeR
   require(c.sightings.index.size() >= 3, "fewer than three views give a pose of the target");
   HandEyeDiagnosis out = diagnose(c, result, options);
   const std::vector<int> kept = kept_views(recording.views.size(), views_to_leave_out(out));
-  if (kept.size() < recording.views.size() && kept.size() >= least_views) {
+  if (kept.size() < recording.views.size() && kept.size() >= min_views) {
     HandEyeRecording rest = recording;
     rest.rows = recording.rows(kept, Eigen::all).eval();
     rest.views = at(recording.views, kept), rest.times = at(recording.times, kept);
@@ -381,7 +381,7 @@ HandEyeDiagnosis diagnose_hand_eye_pairs(const HandEyePairsRecording& given, con
          true};
   HandEyeDiagnosis out = diagnose(c, result, options);
   const std::vector<int> kept = kept_views(given.T_camera_target.size(), views_to_leave_out(out));
-  if (kept.size() < given.T_camera_target.size() && kept.size() >= least_views) {
+  if (kept.size() < given.T_camera_target.size() && kept.size() >= min_views) {
     HandEyePairsRecording rest = given;
     rest.rows = given.rows(kept, Eigen::all).eval();
     rest.T_camera_target = at(given.T_camera_target, kept);

@@ -15,7 +15,7 @@ namespace kr5::calibration::evidence {
 namespace {
 
 // Below these the noise of a robot is not looked for: readings are printed with as many digits.
-constexpr double least_position = 1e-6, least_rotation = 1e-6;
+constexpr double min_position = 1e-6, min_rotation = 1e-6;
 
 /// One pair as the fit sees it.
 struct Pair {
@@ -115,8 +115,8 @@ class Fitter {
     }
     std::nth_element(p.begin(), p.begin() + p.size() / 2, p.end());
     std::nth_element(r.begin(), r.begin() + r.size() / 2, r.end());
-    fit_.sigma_position = std::max(p[p.size() / 2], least_position);
-    fit_.sigma_rotation = std::max(r[r.size() / 2], least_rotation);
+    fit_.sigma_position = std::max(p[p.size() / 2], min_position);
+    fit_.sigma_rotation = std::max(r[r.size() / 2], min_rotation);
   }
 
   /// Residual, covariance and derivatives of pair i at the present estimate.
@@ -256,8 +256,8 @@ class Fitter {
       return std::max(std::sqrt(variance), least);
     };
     if (!d.allFinite()) return;
-    fit_.sigma_position = moved(fit_.sigma_position, d[0], least_position);
-    fit_.sigma_rotation = moved(fit_.sigma_rotation, d[1], least_rotation);
+    fit_.sigma_position = moved(fit_.sigma_position, d[0], min_position);
+    fit_.sigma_rotation = moved(fit_.sigma_rotation, d[1], min_rotation);
   }
 
   ReadingFit finish() {

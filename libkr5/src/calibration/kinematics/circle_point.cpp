@@ -17,6 +17,7 @@
 #include <kr5/fit/measurements/pose.hpp>
 #include <kr5/fit/measurements/position.hpp>
 #include <kr5/fit/problem.hpp>
+#include <kr5/geometry/pose.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 
 #include "calibration/pipeline/pipeline.hpp"
@@ -26,8 +27,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double moved_least = 5.0;    // first over third singular value below which the joint did not move
-constexpr double curved_least = 3.0;   // second over third below which the arc is no more than a line
+constexpr double min_moved = 5.0;      // first over third singular value below which the joint did not move
+constexpr double min_curved = 3.0;     // second over third below which the arc is no more than a line
 constexpr double sound_samples = 0.7;  // at least this part of the samples stays in the fit
 constexpr double degree = std::numbers::pi / 180;
 
@@ -90,7 +91,7 @@ Vector3d circle_centre(const Eigen::Matrix3Xd& points, const Plane& plane) {
   const Eigen::Matrix2Xd R = plane.V.leftCols<2>().transpose() * (points.colwise() - plane.mean);
   Eigen::MatrixXd A(points.cols(), 3);
   A << 2 * R.transpose(), Eigen::VectorXd::Ones(points.cols());
-  const Eigen::Vector3d c = A.colPivHouseholderQr().solve(R.colwise().squaredNorm().transpose());
+  const Eigen::Vector3d c = least_squares(A, R.colwise().squaredNorm().transpose().eval());
   return plane.mean + plane.V.leftCols<2>() * c.head<2>();
 }
 
@@ -119,9 +120,9 @@ AxisStart start_from_points(std::span<const JointSample> samples) {
   const auto [points, index] = marker_trace(samples, best);
   const double third = std::max(plane.sigma[2], 1e-12);
   out.quality = plane.sigma[0] / third;
-  if (plane.sigma[0] < moved_least * third || plane.sigma[0] < 1e-9)
+  if (plane.sigma[0] < min_moved * third || plane.sigma[0] < 1e-9)
     out.degenerate = "the joint did not move: the points lie within their noise";
-  else if (plane.sigma[1] < curved_least * third)
+  else if (plane.sigma[1] < min_curved * third)
     out.degenerate = "the arc is too short: within their noise the points lie on a line";
   out.direction = plane.V.col(2);
   out.centre = circle_centre(points, plane);
@@ -289,7 +290,7 @@ struct AxisFit {
     fit.hold(arm);
     Pose T = Pose::Identity();
     T.translation() = start.centre;
-    T.linear() = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), start.direction).toRotationMatrix();
+    T.linear() = rotation_from_z(start.direction);
     axis = fit.add_pose("axis", T);
     fit.hold(axis, 2), fit.hold(axis, 5);
     const bool poses = samples.front().T_world_tool.has_value();
@@ -411,7 +412,7 @@ double found_angle(const AxisEstimation& estimation, std::size_t i) {
 
 /// Standard deviation of the radius over the radius, by which all angles of points are too large or too small together
 /// [-]; those of poses do not depend on it.
-double radius_doubt(const AxisFit& fit) {
+double relative_radius_std(const AxisFit& fit) {
   double radius = 0.0;
   for (const fit::FitBlock point : fit.points) radius = std::max(radius, fit.fit.values(point).head<2>().norm());
   if (radius == 0.0) return 0.0;
@@ -424,7 +425,7 @@ double radius_doubt(const AxisFit& fit) {
 }
 
 /// Why the joint turned by another angle than its readings say; empty when it did not, as far as noise lets it be seen.
-std::string turn_doubt(const AxisEstimation& estimation) {
+std::string turn_warning(const AxisEstimation& estimation) {
   constexpr double matters = 0.005, false_alarm = 1e-4;  // of a sound encoder
   std::vector<double> readings, found;
   for (std::size_t i = 0; i < estimation.samples.size(); ++i) {
@@ -440,7 +441,7 @@ std::string turn_doubt(const AxisEstimation& estimation) {
   if (!(qq > 0)) return {};
   const double slope = qa / qq;
   const double variance =
-      std::max(angle.squaredNorm() - slope * qa, 0.0) / dof / qq + std::pow(radius_doubt(*estimation.fit), 2);
+      std::max(angle.squaredNorm() - slope * qa, 0.0) / dof / qq + std::pow(relative_radius_std(*estimation.fit), 2);
   const double f = (slope - 1) * (slope - 1) / std::max(variance, 1e-30);
   if (std::abs(slope - 1) < matters || 1 - uncertainty::fisher_cdf(f, 1, dof) > false_alarm) return {};
   std::ostringstream text;
@@ -451,7 +452,7 @@ std::string turn_doubt(const AxisEstimation& estimation) {
 }
 
 /// Reasons to doubt that one joint alone moved.
-std::vector<std::string> axis_doubts(const AxisEstimation& estimation) {
+std::vector<std::string> axis_warnings(const AxisEstimation& estimation) {
   std::vector<std::string> out;
   constexpr double rounding = 1e-9;  // computed samples have no noise that could be systematic [m]
   if (estimation.sigma_position < rounding) return out;
@@ -469,7 +470,7 @@ std::vector<std::string> axis_doubts(const AxisEstimation& estimation) {
   if (pairs >= 24 && product / square > 5 / std::sqrt(pairs))
     out.push_back(
         "the points leave their circles in a systematic way: another joint moved, the arm yields, or the device moved");
-  if (const std::string turned = turn_doubt(estimation); !turned.empty()) out.push_back(turned);
+  if (const std::string turned = turn_warning(estimation); !turned.empty()) out.push_back(turned);
   return out;
 }
 
@@ -521,7 +522,7 @@ void write_axis(const AxisEstimation& estimation, JointAxisResult& out) {
   }
   out.rms = std::sqrt(squares / std::max(count, 1.0));
   out.arc = out.angles.maxCoeff() - out.angles.minCoeff();
-  out.warnings = axis_doubts(estimation);
+  out.warnings = axis_warnings(estimation);
   out.fit = fit.result.fit;
 }
 

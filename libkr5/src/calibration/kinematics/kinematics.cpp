@@ -25,7 +25,7 @@ constexpr double sound_postures = 0.6;      // at least this part of the posture
 constexpr double variances_settled = 1e-3;  // relative change of the standard deviations at which they count as found
 constexpr double refit_from = 0.02;         // relative change of one from which another fit is needed
 constexpr int variance_rounds = 1000, most_refits = 40;
-constexpr double least_noise_dof = 5.0;  // with fewer an estimated noise says little, and may vanish
+constexpr double min_noise_dof = 5.0;  // with fewer an estimated noise says little, and may vanish
 
 void check_posture(const ArmPosture& posture, std::size_t row, Eigen::Index joints) {
   const std::string where = "posture " + (posture.name.empty() ? std::to_string(row) : posture.name) + ": ";
@@ -192,7 +192,7 @@ struct ArmCalibration {
   fit::Solution result = {};
   int iterations = 0;
   double dof = 1.0;                     ///< Behind the estimated noise.
-  double least_dof = 0.0;               ///< Of the kinds of noise, the one known worst.
+  double min_dof = 0.0;                 ///< Of the kinds of noise, the one known worst.
   Eigen::VectorXd coordinate_dof = {};  ///< Behind the variance of each coordinate.
 
   std::vector<Placement> starts() const { return arm_problem::starts(input); }
@@ -287,11 +287,11 @@ bool ArmCalibration::update_sigmas() {
   }
   double estimated = 0.0;
   bool known = true;
-  least_dof = uncertainty::known_noise;
+  min_dof = uncertainty::known_noise;
   for (const NoiseGroup& noise : model.noises) {
     if (noise.sum.rows == 0 || noise.given > 0) continue;
     estimated += noise.redundancy;
-    least_dof = std::min(least_dof, noise.redundancy);
+    min_dof = std::min(min_dof, noise.redundancy);
     known = false;
   }
   coordinate_dof = model.degrees_of_freedom();
@@ -396,7 +396,7 @@ void write_parameters(const ArmCalibration& calibration, KinematicsResult& out) 
 /// Why the measurements do not tell the arm and its uncertainty; empty when they do.
 std::string why_open(const ArmCalibration& calibration) {
   const fit::Solution& result = calibration.result;
-  if (calibration.least_dof < least_noise_dof)
+  if (calibration.min_dof < min_noise_dof)
     return "the measurements do not separate their noise from errors of the arm (" + std::to_string(result.residuals) +
            " numbers for " + std::to_string(result.coordinates.size()) +
            " parameters); measure more postures, or state the noise, as sigma_position";

@@ -14,12 +14,12 @@ namespace kr5::calibration {
 namespace {
 
 constexpr double farthest_point = 5.0;   // coordinate of a point that is no mistake of units [m]
-constexpr double least_noise = 1e-7;     // of profiles without noise [m]
+constexpr double min_noise = 1e-7;       // of profiles without noise [m]
 constexpr double inlier_sigmas = 4.0;    // of a point that shows a feature
 constexpr double steepest_cosine = 0.3;  // between ray and normal on an arc; beyond, ranges are unreliable
-constexpr double least_arc = 0.2;        // radius of an arc over that of the sphere; below, the section is too small
+constexpr double min_arc = 0.2;          // radius of an arc over that of the sphere; below, the section is too small
 constexpr double smallest_radius = 1e-3, largest_radius = 0.2;  // of a sphere of unknown radius [m]
-constexpr double least_height = 3e-4;                           // of a tip above the surface [m]
+constexpr double min_height = 3e-4;                             // of a tip above the surface [m]
 constexpr std::size_t flank_points = 4;                         // at least, on either side of a tip
 constexpr int fit_rounds = 4;
 
@@ -54,7 +54,7 @@ ProfilePoints measured_points(const LineProfile& profile) {
   return out;
 }
 
-double neighbour_noise(const ProfilePoints& points) { return std::max(difference_noise(points.z), least_noise); }
+double neighbour_noise(const ProfilePoints& points) { return std::max(difference_noise(points.z), min_noise); }
 
 /// Calls `try_at(i, h)` for triples i - h, i, i + h of neighbouring points, at every scale.
 template <class Try>
@@ -94,7 +94,7 @@ FittedLine least_squares_line(const ProfilePoints& points, const ProfileIndices&
   out.slope = xx > 0 ? xz / xx : 0.0;
   out.spread = std::sqrt(xx / n);
   for (const Eigen::Index k : used) squares += std::pow(points.z[k] - out.at(points.x[k]), 2);
-  out.sigma = std::max(std::sqrt(squares / std::max(1.0, n - 2)), least_noise);
+  out.sigma = std::max(std::sqrt(squares / std::max(1.0, n - 2)), min_noise);
   return out;
 }
 
@@ -209,7 +209,7 @@ struct CircleProblem {
 void find_sphere_arc(const ProfilePoints& points, double noise, const ProfileFeatureOptions& options,
                      ProfileFeature& out) {
   const double most = options.radius > 0 ? options.radius * (1 + options.radius_tolerance) : largest_radius;
-  const double least = options.radius > 0 ? options.radius * least_arc : smallest_radius;
+  const double least = options.radius > 0 ? options.radius * min_arc : smallest_radius;
   ProfileIndices best;
   PlaneCircle circle = PlaneCircle::Zero();
   each_triple(points.size(), [&](Eigen::Index i, Eigen::Index h) {
@@ -228,7 +228,7 @@ void find_sphere_arc(const ProfilePoints& points, double noise, const ProfileFea
     return;
   }
   const auto fitted = levenberg_marquardt<3>(circle, CircleProblem{points, best});
-  out.sigma = options.sigma > 0 ? options.sigma : std::max(std::sqrt(fitted.equations.variance()), least_noise);
+  out.sigma = options.sigma > 0 ? options.sigma : std::max(std::sqrt(fitted.equations.variance()), min_noise);
   const auto covariance =
       fitted.equations.covariance(range_variance(options, out.sigma, 3, static_cast<double>(best.size()) - 3));
   if (!fitted.usable() || !covariance || fitted.x[2] > most || fitted.x[2] < least ||
@@ -244,7 +244,7 @@ void find_sphere_arc(const ProfilePoints& points, double noise, const ProfileFea
 
 /// The run of neighbouring points that rises highest from the surface, without single ones.
 ProfileIndices raised_points(const ProfilePoints& points, const FittedLine& surface, double noise) {
-  const double limit = std::max(least_height, 6 * noise);
+  const double limit = std::max(min_height, 6 * noise);
   ProfileIndices best, run;
   double highest = 0.0, height = 0.0;
   for (Eigen::Index k = 0; k <= points.size(); ++k) {

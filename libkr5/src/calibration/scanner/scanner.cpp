@@ -29,7 +29,7 @@ namespace {
 using namespace scanner_problem;
 
 constexpr double sound_profiles = 0.6;  // at least this part of the profiles stays in the fit
-constexpr double least_error = 1e-7;    // of a profile, where nothing scatters [m]
+constexpr double min_error = 1e-7;      // of a profile, where nothing scatters [m]
 constexpr int sigma_rounds = 40, tips_for_across = 15;
 constexpr double useless_position = 0.01, useless_rotation = 0.035;  // standard deviation of a pose [m, rad]
 
@@ -159,7 +159,7 @@ void ScannerCalibration::robust_fit() {
     std::vector<double> sizes;
     for (std::size_t i = 0; i < weights.size(); ++i)
       for (const double r : problem->residuals(i)) sizes.push_back(std::abs(r));
-    sigmas.position = sigmas.across = std::max(mad_to_sigma * median(sizes), least_error);
+    sigmas.position = sigmas.across = std::max(mad_to_sigma * median(sizes), min_error);
   }
 }
 
@@ -168,7 +168,7 @@ void ScannerCalibration::exclude_far_profiles() {
   std::vector<std::pair<double, std::size_t>> order;
   for (std::size_t i = 0; i < weights.size(); ++i) order.emplace_back(problem->distance(i), i);
   std::sort(order.begin(), order.end());
-  const double scale = std::max(order[order.size() / 2].first, 10 * least_error);
+  const double scale = std::max(order[order.size() / 2].first, 10 * min_error);
   const auto least = static_cast<std::size_t>(std::ceil(sound_profiles * static_cast<double>(weights.size())));
   for (std::size_t k = least; k < order.size(); ++k)
     if (order[k].first > 3 * scale) weights[order[k].second] = 0.0;  // beyond about four sigma
@@ -202,11 +202,11 @@ bool ScannerCalibration::update_sigmas() {
   const ScannerComponents c = components();
   const ScannerOptions& options = input.options;
   bool moving = false;
-  if (!(options.sigma_position > 0)) moving = c.position.update(sigmas.position, least_error) || moving;
+  if (!(options.sigma_position > 0)) moving = c.position.update(sigmas.position, min_error) || moving;
   if (options.sigma_across > 0)
     sigmas.across = options.sigma_across;
   else if (across_apart)
-    moving = c.across.update(sigmas.across, least_error) || moving;
+    moving = c.across.update(sigmas.across, min_error) || moving;
   else
     sigmas.across = sigmas.position;
   if (!input.arm) return moving;
@@ -247,7 +247,7 @@ void ScannerCalibration::begin(const ScannerPlacement& place) {
   weights.assign(weights.size(), 1.0);
   sigmas = {};
   const ScannerProblem there(input, sigmas, place);
-  sigmas.position = sigmas.across = std::max(median_size(there, weights.size()), least_error);
+  sigmas.position = sigmas.across = std::max(median_size(there, weights.size()), min_error);
   sigmas.rotation = options.sigma_rotation;
   if (options.tolerance_length > 0) sigmas.length = options.tolerance_length;
   if (options.tolerance_angle > 0) sigmas.angle = options.tolerance_angle;

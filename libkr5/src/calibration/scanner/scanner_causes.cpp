@@ -15,7 +15,7 @@ namespace kr5::calibration::scanner_problem {
 namespace {
 
 constexpr double degree = 57.29577951308232;
-constexpr double least_turn = 0.05;      // spread of the orientations that determines a position [rad]
+constexpr double min_turn = 0.05;        // spread of the orientations that determines a position [rad]
 constexpr double shift_matters = 2e-4;   // distance below which a shifted list does no harm [m]
 constexpr double shift_explains = 0.25;  // share of the distance that the right order leaves at most
 constexpr double near_nominal = 0.35;    // of the rotation that a mistaken coordinate makes [rad]
@@ -123,12 +123,12 @@ std::optional<ScannerCause> missing_turn(const ScannerInput& input) {
     spread += turn * turn.transpose() / static_cast<double>(input.T_base_flange.size());
   }
   const SymmetricEigen eigen = symmetric_eigen(spread);
-  if (std::sqrt(std::max(eigen.values[2], 0.0)) < least_turn)
+  if (std::sqrt(std::max(eigen.values[2], 0.0)) < min_turn)
     return ScannerCause{"same_orientation",
                         formatted("all poses have nearly the same orientation (spread %.2f deg)",
                                   degree * std::sqrt(std::max(eigen.values[2], 0.0))),
                         "turn the wrist by 20 deg or more about two axes"};
-  if (std::sqrt(std::max(eigen.values[1], 0.0)) > least_turn) return std::nullopt;
+  if (std::sqrt(std::max(eigen.values[1], 0.0)) > min_turn) return std::nullopt;
   const Eigen::Vector3d axis = eigen.vectors.col(2);
   return ScannerCause{"one_axis",
                       formatted("the poses turn about one axis only, (%.2f, %.2f, ", axis.x(), axis.y()) +

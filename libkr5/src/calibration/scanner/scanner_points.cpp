@@ -13,7 +13,7 @@
 namespace kr5::calibration {
 namespace {
 
-constexpr double least_spread = 1e-3;  // of points across a line, over their extent along it
+constexpr double min_spread = 1e-3;  // of points across a line, over their extent along it
 
 Eigen::Matrix3Xd in_profile(const Eigen::Matrix2Xd& points) {
   Eigen::Matrix3Xd out = Eigen::Matrix3Xd::Zero(3, points.cols());
@@ -25,7 +25,7 @@ Eigen::Matrix3Xd in_profile(const Eigen::Matrix2Xd& points) {
 /// Whether points span a plane: their second principal extent beside the first.
 bool span_a_plane(const Eigen::Matrix3Xd& centred) {
   const Eigen::VectorXd extent = singular_values(centred);
-  return extent[0] > 0 && extent[1] > least_spread * extent[0];
+  return extent[0] > 0 && extent[1] > min_spread * extent[0];
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <kr5/fit/measurements/plane_profile.hpp>
 #include <kr5/fit/measurements/position.hpp>
 #include <kr5/fit/measurements/sphere_section.hpp>
+#include <kr5/geometry/pose.hpp>
 
 #include "calibration/pipeline/arm_prior.hpp"
 
@@ -100,9 +101,7 @@ fit::FitBlock add_target(fit::Problem& fit, const ScanTarget& target, const Targ
 
 }  // namespace
 
-Eigen::Matrix3d rotation_about_normal(const Eigen::Vector3d& normal) {
-  return Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), normal).toRotationMatrix();
-}
+Eigen::Matrix3d rotation_about_normal(const Eigen::Vector3d& normal) { return rotation_from_z(normal); }
 
 ScannerProblem::ScannerProblem(const ScannerInput& input, const ScannerSigmas& sigmas,
                                const ScannerPlacement& placement) {

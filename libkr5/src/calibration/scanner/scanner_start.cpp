@@ -15,7 +15,7 @@ namespace kr5::calibration::scanner_problem {
 namespace {
 
 constexpr int random_subsets = 60, plane_normals = 250, plane_candidates = 6, robust_rounds = 4;
-constexpr double least_eigenvalue = 1e-9;  // of scaled normal equations; below, the direction is left at zero
+constexpr double min_eigenvalue = 1e-9;  // of scaled normal equations; below, the direction is left at zero
 
 /// Linear equations in the columns r_x, r_z and t of the scanner's pose, followed by the unknown places of targets.
 struct LinearSystem {
@@ -79,7 +79,7 @@ Eigen::VectorXd solve_linear(const Eigen::MatrixXd& A, const Eigen::VectorXd& b,
   const Eigen::VectorXd g = A.transpose() * weights.asDiagonal() * b;
   const Eigen::VectorXd scale = H.diagonal().unaryExpr([](double d) { return d > 0 ? 1 / std::sqrt(d) : 0.0; });
   const SymmetricEigen eigen = symmetric_eigen(Eigen::MatrixXd(scale.asDiagonal() * H * scale.asDiagonal()));
-  const Eigen::VectorXd inverse = eigen.values.unaryExpr([](double v) { return v > least_eigenvalue ? 1 / v : 0.0; });
+  const Eigen::VectorXd inverse = eigen.values.unaryExpr([](double v) { return v > min_eigenvalue ? 1 / v : 0.0; });
   return scale.asDiagonal() * eigen.vectors *
          inverse.cwiseProduct(eigen.vectors.transpose() * scale.cwiseProduct(g)).eval();
 }

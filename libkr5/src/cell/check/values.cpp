@@ -13,7 +13,7 @@
 namespace kr5::cell {
 namespace {
 
-constexpr double least_mass = 1e-6;  // a tool is lighter only when it is none [kg]
+constexpr double min_mass = 1e-6;  // a tool is lighter only when it is none [kg]
 
 /// Text of a number, when it is asked for.
 auto lazy(double value) {
@@ -29,7 +29,7 @@ void check_masses(const Cell& cell, DiagnosticCollector& c) {
   if (!cell.tool) return;
   const Tool& tool = *cell.tool;
   const bool any = tool.mass != 0 || !tool.com.isZero(0) || !tool.inertia.isZero(0);
-  c.expect(!any || tool.mass > least_mass, "tool.mass", "a positive mass [kg], or no mass, com and inertia at all");
+  c.expect(!any || tool.mass > min_mass, "tool.mass", "a positive mass [kg], or no mass, com and inertia at all");
 }
 
 void check_gears(const Cell& cell, DiagnosticCollector& c) {
@@ -106,7 +106,7 @@ void check_servo(const Cell& cell, DiagnosticCollector& c) {
   c.expect(servo.correction->total.value_or(1.0) > 1e-9, "servo.correction.total", "a positive length [m]");
 }
 
-constexpr double least_length = 1e-6;  // [m]
+constexpr double min_length = 1e-6;  // [m]
 
 void check_sensors(const Cell& cell, DiagnosticCollector& c) {
   if (const auto& camera = cell.camera) {
@@ -125,19 +125,19 @@ void check_sensors(const Cell& cell, DiagnosticCollector& c) {
       c.add(item("targets", static_cast<Eigen::Index>(i)) + "." + p.field, p.expected, p.found);
   if (cell.laser) {
     c.expect(cell.laser->stand_off >= 0, "laser.stand_off", "a range, not negative [m]");
-    c.expect(cell.laser->bias_distance > least_length, "laser.bias_distance", "a positive length [m]");
+    c.expect(cell.laser->bias_distance > min_length, "laser.bias_distance", "a positive length [m]");
   }
   if (cell.laser && cell.laser->target)
-    c.expect(cell.laser->target->radius > least_length, "laser.target.radius", "a positive radius [m]");
-  constexpr double least_noise = 1e-12;
+    c.expect(cell.laser->target->radius > min_length, "laser.target.radius", "a positive radius [m]");
+  constexpr double min_noise = 1e-12;
   const auto joints = static_cast<std::size_t>(cell.robot.joints());
   Noise::each_field(cell.noise, [&](const char* name, const auto& value, const char*) {
     const std::string field = std::string("noise.") + name;
     if constexpr (std::is_same_v<std::decay_t<decltype(value)>, double>) {
-      c.expect(value == 0 || value >= least_noise, field, "a positive standard deviation, or 0 for an absent sensor");
+      c.expect(value == 0 || value >= min_noise, field, "a positive standard deviation, or 0 for an absent sensor");
     } else {
       c.expect(value.empty() || value.size() == joints, field, std::to_string(joints) + " values, one a joint");
-      for (const double one : value) c.expect(one >= least_noise, field, "a positive standard deviation of each joint");
+      for (const double one : value) c.expect(one >= min_noise, field, "a positive standard deviation of each joint");
     }
   });
 }
@@ -149,15 +149,15 @@ void check_task(const Cell& cell, DiagnosticCollector& c) {
     c.expect(contact->friction >= 0, "contact.friction", "a friction coefficient, not negative");
   }
   if (const auto& peg = cell.peg) {
-    c.expect(peg->radius > least_length, "peg.radius", "a positive radius [m]");
-    c.expect(peg->length > least_length, "peg.length", "a positive length [m]");
+    c.expect(peg->radius > min_length, "peg.radius", "a positive radius [m]");
+    c.expect(peg->length > min_length, "peg.length", "a positive length [m]");
     c.expect(peg->chamfer >= 0 && peg->chamfer < peg->radius, "peg.chamfer", "a width between 0 and the radius [m]");
   }
   if (const auto& tube = cell.tube) {
-    c.expect(tube->inner_radius > least_length, "tube.inner_radius", "a positive radius [m]");
+    c.expect(tube->inner_radius > min_length, "tube.inner_radius", "a positive radius [m]");
     c.expect(tube->outer_radius > tube->inner_radius, "tube.outer_radius",
              [&] { return "more than the inner radius " + text_of(tube->inner_radius) + " m"; });
-    c.expect(tube->depth > least_length, "tube.depth", "a positive depth [m]");
+    c.expect(tube->depth > min_length, "tube.depth", "a positive depth [m]");
     c.expect(tube->chamfer >= 0 && tube->chamfer < tube->outer_radius, "tube.chamfer",
              "a width between 0 and the outer radius [m]");
     c.expect(!cell.peg || cell.peg->radius <= tube->inner_radius, "peg.radius", [&] {

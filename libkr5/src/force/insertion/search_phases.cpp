@@ -11,13 +11,13 @@
 namespace kr5::force {
 namespace {
 
-constexpr double zeroing = 0.12;     // for which an untouched sensor is averaged [s]
-constexpr double tilting = 1.0;      // greatest speed of a planned tilt in the air [rad/s]
-constexpr double least_press = 1.0;  // from which on a row of the profile counts [N]
-constexpr double settling = 0.1;     // [s]
-constexpr double overlap = 0.1;      // of the turn, so that its end meets its beginning [rad]
-constexpr int evaluations = 8;       // of the fit in a cycle
-constexpr int least_rows = 40;
+constexpr double zeroing = 0.12;   // for which an untouched sensor is averaged [s]
+constexpr double tilting = 1.0;    // greatest speed of a planned tilt in the air [rad/s]
+constexpr double min_press = 1.0;  // from which on a row of the profile counts [N]
+constexpr double settling = 0.1;   // [s]
+constexpr double overlap = 0.1;    // of the turn, so that its end meets its beginning [rad]
+constexpr int evaluations = 8;     // of the fit in a cycle
+constexpr int min_rows = 40;
 
 }  // namespace
 
@@ -110,7 +110,7 @@ void Insertion::Machine::touch(const ContactEstimate& now) noexcept {
   if (captured(now) || (known && options.entry == Entry::Tilted && seconds() > settling)) return begin_entry(round.x);
   const bool held = std::abs(now.press() - options.forces.roll) < 0.2 * options.forces.roll;
   if (!settled_for(settling, held) && seconds() < settle_timeout()) return;
-  if (now.press() < least_press) return end_attempt(Reason::NoContact);
+  if (now.press() < min_press) return end_attempt(Reason::NoContact);
   if (known) return begin_spiral(now);  // upright on the face beside a remembered hole, or in it
   turn.clear();
   angle_swept = 0.0;
@@ -125,12 +125,12 @@ void Insertion::Machine::roll(const ContactEstimate& now) noexcept {
   left.x = angle_swept;
   plan_tilt(0.0, left.towards(whole, speed, 4 * options.motion.turning, options.cycle));
   angle_swept += round.x - before;
-  if (sharp.press() > least_press)
+  if (sharp.press() > min_press)
     turn.add({sharp.azimuth, sharp.tilt, sharp.peg.head<2>(), sharp.peg.z(), sharp.press(), sharp.moment.head<2>()});
   if (captured(now)) return begin_entry(round.x);
   if (angle_swept < whole - 1e-2) return;
   turn.finish();
-  if (turn.rows().size() < static_cast<std::size_t>(least_rows)) return end_attempt(Reason::NoContact);
+  if (turn.rows().size() < static_cast<std::size_t>(min_rows)) return end_attempt(Reason::NoContact);
   search.begin(turn.rows(), turn.centre());
   enter_phase(Phase::Locate);
 }

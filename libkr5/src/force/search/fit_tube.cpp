@@ -60,8 +60,8 @@ TubeFit fit_tube(const PegTube& bodies, double tilt, std::span<const double> azi
   options.validate();
   require_tilt(bodies, tilt);
   check_rows(azimuth, height);
-  constexpr std::size_t least_rows = 6;
-  if (azimuth.size() < least_rows)
+  constexpr std::size_t min_rows = 6;
+  if (azimuth.size() < min_rows)
     return unknown("found " + std::to_string(azimuth.size()) + " rows, expected at least 6");
   if (covered(azimuth) < M_PI_2) return unknown("the rows cover less than a quarter of the turn");
 

@@ -19,7 +19,7 @@ constexpr double row_noise = 5e-5;  // of a height, beside which the prior compl
 TubeSearch::TubeSearch(const PegTube& bodies, int max_iterations, double compliance_std)
     : bodies_(bodies),
       compliance_std_(compliance_std),
-      optimizer_({.max_iterations = max_iterations, .least_sigma = rounding, .initial_damping = 1e-3}) {}
+      optimizer_({.max_iterations = max_iterations, .min_sigma = rounding, .initial_damping = 1e-3}) {}
 
 void TubeSearch::begin(std::span<const ProfileRow> rows, const Eigen::Vector2d& about) noexcept {
   rows_ = rows;

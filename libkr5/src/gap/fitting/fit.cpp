@@ -106,7 +106,7 @@ class Minimiser {
     const Eigen::VectorXd r = counted_residual(problem_.data, residual);
     double out = sum_of(problem_.data, r, cell::Split::Fit).chi2;
     if (problem_.prior.size() > 0) {
-      const Eigen::VectorXd b = project(problem_.data, problem_.scatter, r);
+      const Eigen::VectorXd b = project(problem_.data, problem_.nuisance, r);
       out -= problem_.prior.inner(b, b)(0, 0);
     }
     return out;
@@ -121,9 +121,9 @@ class Minimiser {
     gradient_.resize(static_cast<Eigen::Index>(jacobian_.size()));
     for (Eigen::Index i = 0; i < gradient_.size(); ++i) gradient_(i) = dot(problem_.data, jacobian_[i], r);
     if (problem_.prior.size() > 0) {
-      const Eigen::MatrixXd a = project(problem_.scatter, jacobian_);
+      const Eigen::MatrixXd a = project(problem_.nuisance, jacobian_);
       information_ -= problem_.prior.inner(a, a);
-      gradient_ -= problem_.prior.inner(a, project(problem_.data, problem_.scatter, r));
+      gradient_ -= problem_.prior.inner(a, project(problem_.data, problem_.nuisance, r));
     }
   }
 
@@ -184,7 +184,7 @@ class Minimiser {
 };
 
 Eigen::VectorXd check_rest(const FitProblem& problem, const Eigen::VectorXd& residual) {
-  return without_nuisance(problem.data, problem.scatter, problem.prior, counted_residual(problem.data, residual));
+  return without_nuisance(problem.data, problem.nuisance, problem.prior, counted_residual(problem.data, residual));
 }
 
 /// How the check experiments would move the coordinates, given what the fit and the prior know of them; those at a
@@ -244,7 +244,7 @@ Model empty_model(const FitProblem& problem, const Eigen::VectorXd& base) {
   const Eigen::VectorXd r = counted_residual(problem.data, base);
   out.chi2_fit = sum_of(problem.data, r, cell::Split::Fit).chi2;
   if (problem.prior.size() > 0) {
-    const Eigen::VectorXd b = project(problem.data, problem.scatter, r);
+    const Eigen::VectorXd b = project(problem.data, problem.nuisance, r);
     out.chi2_fit -= problem.prior.inner(b, b)(0, 0);
   }
   out.chi2_check = sum_of(problem.data, check_rest(problem, base), cell::Split::Check).chi2;

@@ -49,7 +49,7 @@ struct Model {
 /// What fitting needs besides the effects.
 struct FitProblem {
   const ComparisonData& data;
-  const NuisanceModel& scatter;
+  const NuisanceModel& nuisance;
   NuisancePrior prior;
   double log_prior_effect = 0.0;  ///< Of one more effect among all of them.
 };

@@ -14,7 +14,7 @@ namespace {
 
 using Change = std::function<void(cell::Cell&, double)>;
 
-/// Relative changes of everything that may scatter.
+/// Relative changes of everything that may nuisance.
 std::vector<Change> changes(const cell::Cell& cell) {
   std::vector<Change> out;
   for (std::size_t i = 0; i < cell.robot.links.size(); ++i)
@@ -68,11 +68,11 @@ NuisanceModel make_nuisance_model(const ComparisonData& data, const Eigen::Vecto
   return out;
 }
 
-NuisancePrior::NuisancePrior(const NuisanceModel& scatter, double size) {
-  if (size <= 0 || scatter.empty()) return;
+NuisancePrior::NuisancePrior(const NuisanceModel& nuisance, double size) {
+  if (size <= 0 || nuisance.empty()) return;
   size_ = size;
-  const Eigen::Index n = scatter.gram.rows();
-  const Eigen::MatrixXd scaled = Eigen::MatrixXd::Identity(n, n) + size * size * scatter.gram;
+  const Eigen::Index n = nuisance.gram.rows();
+  const Eigen::MatrixXd scaled = Eigen::MatrixXd::Identity(n, n) + size * size * nuisance.gram;
   const Eigen::LDLT<Eigen::MatrixXd> factor(scaled);
   log_det_ = factor.vectorD().array().log().sum();
   inverse_ = size * size * factor.solve(Eigen::MatrixXd::Identity(n, n));
@@ -85,37 +85,37 @@ Eigen::MatrixXd NuisancePrior::inner(const Eigen::MatrixXd& a, const Eigen::Matr
 
 Eigen::VectorXd NuisancePrior::estimate(const Eigen::VectorXd& b) const { return inverse_ * b; }
 
-Eigen::MatrixXd project(const NuisanceModel& scatter, const std::vector<Signature>& columns) {
-  Eigen::MatrixXd out(scatter.signatures.size(), columns.size());
+Eigen::MatrixXd project(const NuisanceModel& nuisance, const std::vector<Signature>& columns) {
+  Eigen::MatrixXd out(nuisance.signatures.size(), columns.size());
   for (Eigen::Index i = 0; i < out.rows(); ++i)
-    for (Eigen::Index j = 0; j < out.cols(); ++j) out(i, j) = dot(scatter.signatures[i], columns[j]);
+    for (Eigen::Index j = 0; j < out.cols(); ++j) out(i, j) = dot(nuisance.signatures[i], columns[j]);
   return out;
 }
 
-Eigen::VectorXd project(const ComparisonData& data, const NuisanceModel& scatter, const Eigen::VectorXd& counted) {
-  Eigen::VectorXd out(scatter.signatures.size());
+Eigen::VectorXd project(const ComparisonData& data, const NuisanceModel& nuisance, const Eigen::VectorXd& counted) {
+  Eigen::VectorXd out(nuisance.signatures.size());
   for (Eigen::Index i = 0; i < out.size(); ++i) {
     out(i) = 0.0;
-    for (const auto& [block, values] : scatter.signatures[i].parts)
+    for (const auto& [block, values] : nuisance.signatures[i].parts)
       if (data.blocks[block].split == cell::Split::Fit)
         out(i) += values.cast<double>().dot(data.blocks[block].rows_of(counted));
   }
   return out;
 }
 
-Eigen::VectorXd without_nuisance(const ComparisonData& data, const NuisanceModel& scatter, const NuisancePrior& prior,
+Eigen::VectorXd without_nuisance(const ComparisonData& data, const NuisanceModel& nuisance, const NuisancePrior& prior,
                                  const Eigen::VectorXd& counted) {
   Eigen::VectorXd out = counted;
   if (prior.size() <= 0) return out;
-  const Eigen::VectorXd eta = prior.estimate(project(data, scatter, counted));
-  for (Eigen::Index i = 0; i < eta.size(); ++i) add(data, -eta(i), scatter.signatures[i], out);
+  const Eigen::VectorXd eta = prior.estimate(project(data, nuisance, counted));
+  for (Eigen::Index i = 0; i < eta.size(); ++i) add(data, -eta(i), nuisance.signatures[i], out);
   return out;
 }
 
-double nuisance_cost(const ComparisonData& data, const NuisanceModel& scatter, const NuisancePrior& prior,
+double nuisance_cost(const ComparisonData& data, const NuisanceModel& nuisance, const NuisancePrior& prior,
                      const Eigen::VectorXd& counted) {
   if (prior.size() <= 0) return 0.0;
-  return prior.estimate(project(data, scatter, counted)).squaredNorm() / (prior.size() * prior.size());
+  return prior.estimate(project(data, nuisance, counted)).squaredNorm() / (prior.size() * prior.size());
 }
 
 }  // namespace kr5::gap

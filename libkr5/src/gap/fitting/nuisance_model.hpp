@@ -29,7 +29,7 @@ NuisanceModel make_nuisance_model(const ComparisonData& data, const Eigen::Vecto
 class NuisancePrior {
  public:
   NuisancePrior() = default;
-  NuisancePrior(const NuisanceModel& scatter, double size);
+  NuisancePrior(const NuisanceModel& nuisance, double size);
 
   double size() const { return size_; }
   double log_det() const { return log_det_; }
@@ -45,15 +45,15 @@ class NuisancePrior {
 };
 
 /// N' u for each signature, and N' r; fit blocks only.
-Eigen::MatrixXd project(const NuisanceModel& scatter, const std::vector<Signature>& columns);
-Eigen::VectorXd project(const ComparisonData& data, const NuisanceModel& scatter, const Eigen::VectorXd& counted);
+Eigen::MatrixXd project(const NuisanceModel& nuisance, const std::vector<Signature>& columns);
+Eigen::VectorXd project(const ComparisonData& data, const NuisanceModel& nuisance, const Eigen::VectorXd& counted);
 
 /// Takes the most likely scatter out of residuals: counted - N eta.
-Eigen::VectorXd without_nuisance(const ComparisonData& data, const NuisanceModel& scatter, const NuisancePrior& prior,
+Eigen::VectorXd without_nuisance(const ComparisonData& data, const NuisanceModel& nuisance, const NuisancePrior& prior,
                                  const Eigen::VectorXd& counted);
 
-/// Sum of squares of that scatter, each change over its standard deviation.
-double nuisance_cost(const ComparisonData& data, const NuisanceModel& scatter, const NuisancePrior& prior,
+/// Sum of squares of that nuisance, each change over its standard deviation.
+double nuisance_cost(const ComparisonData& data, const NuisanceModel& nuisance, const NuisancePrior& prior,
                      const Eigen::VectorXd& counted);
 
 }  // namespace kr5::gap

@@ -18,7 +18,7 @@ namespace {
 double misfit(const FitProblem& problem, const Model& model) {
   const ComparisonData& data = problem.data;
   const Eigen::VectorXd r =
-      without_nuisance(data, problem.scatter, problem.prior, counted_residual(data, model.residual));
+      without_nuisance(data, problem.nuisance, problem.prior, counted_residual(data, model.residual));
   std::set<int> blocks;
   for (const Signature& s : model.jacobian)
     for (const auto& part : s.parts) blocks.insert(part.first);
@@ -137,7 +137,7 @@ std::vector<EffectName> ties(const std::vector<Model>& models, const Posterior& 
   for (const Model& model : models) {
     const std::vector<EffectName> other = names_of(model);
     const double odds = std::exp((model.log_evidence - best.log_evidence) / posterior.temperature);
-    if (odds < least_tied_odds || other.size() > blamed.size() || contains(other, blamed[part])) continue;
+    if (odds < min_tied_odds || other.size() > blamed.size() || contains(other, blamed[part])) continue;
     for (const Part& p : model.parts) {
       const EffectName name = name_of(p);
       if (!p.candidate->hypothesis.of_recording && !contains(blamed, name) && !contains(out, name)) out.push_back(name);

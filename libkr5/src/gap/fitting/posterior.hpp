@@ -27,7 +27,7 @@ Posterior posterior(const FitProblem& problem, const std::vector<Model>& models)
 double probability(const std::vector<Model>& models, const Posterior& posterior, const EffectName& name);
 
 /// Odds against the best model, above which another one is tied with it.
-constexpr double least_tied_odds = 0.05;
+constexpr double min_tied_odds = 0.05;
 
 /// Effects that could stand in the place of one part of a model, of models that are tied with it.
 std::vector<EffectName> ties(const std::vector<Model>& models, const Posterior& posterior, const Model& best,

@@ -20,7 +20,7 @@ struct Task {
   std::vector<Part> parts;
 };
 
-using Names = std::set<std::string>;
+using EffectNames = std::set<std::string>;
 
 /// Gain of log evidence, by its linear signature, below which a suggestion is not refitted.
 constexpr double hopeless = -2.0;
@@ -34,8 +34,8 @@ constexpr int always_tried = 3;
 /// Standard deviations of chi-square within which a residual is noise.
 constexpr double floor_deviations = 3.0;
 
-Names names_of(const std::vector<Part>& parts) {
-  Names out;
+EffectNames names_of(const std::vector<Part>& parts) {
+  EffectNames out;
   for (const Part& p : parts)
     out.insert(p.candidate->hypothesis.effect + "." + p.candidate->hypothesis.target + "." +
                p.candidate->hypothesis.choice);
@@ -200,7 +200,7 @@ class Searcher {
   const std::function<void(double)>& progress_;
   std::vector<std::unique_ptr<Model>> models_;
   std::vector<Task> tasks_;
-  std::set<Names> known_;
+  std::set<EffectNames> known_;
 };
 
 }  // namespace

@@ -39,14 +39,14 @@ uncertainty::Interval bootstrap(const ComparisonData& data, const std::vector<co
   std::vector<Pieces> all;
   for (const Group* group : groups) {
     Pieces& pieces = all.emplace_back();
-    const double widening = widening_of(data, *group);
+    const double inflation = inflation_of(data, *group);
     for (const int b : group->judged) {
       const Block& block = data.blocks[b];
       const Eigen::Index length = std::max<Eigen::Index>(1, std::min(piece, block.rows / 20));
       for (Eigen::Index i = 0; i < block.rows; i += length) {
         const Eigen::Index n = std::min(length, block.rows - i);
         const auto r = counted.segment(block.first + i, n).array();
-        pieces.chi2.push_back(widening * widening * r.isNaN().select(0.0, r.square()).sum());
+        pieces.chi2.push_back(inflation * inflation * r.isNaN().select(0.0, r.square()).sum());
         pieces.samples.push_back(r.isNaN().select(0.0, data.use.segment(block.first + i, n)).sum());
       }
     }
@@ -73,12 +73,12 @@ uncertainty::Interval bootstrap(const ComparisonData& data, const std::vector<co
 
 }  // namespace
 
-double widening_of(const ComparisonData& data, const Group& group) {
-  return group.judged.empty() ? 1.0 : data.blocks[group.judged.front()].widening;
+double inflation_of(const ComparisonData& data, const Group& group) {
+  return group.judged.empty() ? 1.0 : data.blocks[group.judged.front()].inflation;
 }
 
 double gap_over_noise(const ComparisonData& data, const Group& group, const Eigen::VectorXd& counted) {
-  return widening_of(data, group) * gap_of(data, group.judged, counted).rms;
+  return inflation_of(data, group) * gap_of(data, group.judged, counted).rms;
 }
 
 bool above_floor(const Gap& gap) {
@@ -88,10 +88,10 @@ bool above_floor(const Gap& gap) {
 bool above_noise(const ComparisonData& data, const Group& group, const Eigen::VectorXd& counted) {
   constexpr double noticeable = 1.25;  // noise that is estimated from a recording is known to a tenth or so
   Gap gap = gap_of(data, group.judged, counted);
-  const double widening = widening_of(data, group);
-  if (widening > 1.0 && gap.rms < least_judged) return false;
-  gap.rms *= widening;
-  return above_floor(gap) && (widening == 1.0 || gap.rms > noticeable);
+  const double inflation = inflation_of(data, group);
+  if (inflation > 1.0 && gap.rms < min_judged) return false;
+  gap.rms *= inflation;
+  return above_floor(gap) && (inflation == 1.0 || gap.rms > noticeable);
 }
 
 std::vector<bool> above_noise(const ComparisonData& data, const std::vector<Group>& groups,

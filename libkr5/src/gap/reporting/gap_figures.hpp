@@ -12,10 +12,10 @@ namespace kr5::gap {
 
 /// Part of sigma that a column with a known error must show: an error that is stated as far above what is seen says
 /// that the column is not judged.
-constexpr double least_judged = 0.5;
+constexpr double min_judged = 0.5;
 
 /// Factor from units of sigma to units of noise, of the columns of a group.
-double widening_of(const ComparisonData& data, const Group& group);
+double inflation_of(const ComparisonData& data, const Group& group);
 
 /// Whether a gap is more than noise alone shows once in 1000 columns.
 bool above_floor(const Gap& gap);

@@ -17,7 +17,7 @@ constexpr double main_part = 0.6;       // of the excess
 constexpr double fewest_periods = 3.0;  // fewer are a drift
 constexpr double fewest_rows = 4.0;     // a period
 constexpr double steps_per_line = 4.0;  // of frequency, per 1 / duration
-constexpr Eigen::Index least_rows = 16;
+constexpr Eigen::Index min_rows = 16;
 
 /// The rows of an experiment that count, and a wave at one frequency after the other.
 struct Wave {
@@ -62,7 +62,7 @@ Wave wave_of(const ComparisonData& data, const Block& block, const Eigen::Vector
     r.push_back(counted(block.first + i));
   }
   const auto size = static_cast<Eigen::Index>(t.size());
-  if (size < least_rows) return {};
+  if (size < min_rows) return {};
   Wave out;
   out.t = Eigen::Map<Eigen::ArrayXd>(t.data(), size);
   out.r = Eigen::Map<Eigen::ArrayXd>(r.data(), size);

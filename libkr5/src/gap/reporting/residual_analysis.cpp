@@ -105,9 +105,9 @@ void add_inconsistencies(const ComparisonData& data, const std::vector<Group>& g
 bool strains_nuisance(const FitProblem& problem, const Model& with, const Model& without) {
   constexpr double square = 9.0;
   const auto cost = [&](const Model& model) {
-    return nuisance_cost(problem.data, problem.scatter, problem.prior, counted_residual(problem.data, model.residual));
+    return nuisance_cost(problem.data, problem.nuisance, problem.prior, counted_residual(problem.data, model.residual));
   };
-  return cost(without) - cost(with) > square * static_cast<double>(problem.scatter.signatures.size());
+  return cost(without) - cost(with) > square * static_cast<double>(problem.nuisance.signatures.size());
 }
 
 /// What a column shows while its joint moves, on the data to judge by. At rest the friction of a real joint is anything
@@ -157,7 +157,7 @@ bool beyond_noise(const ComparisonData& data, const Group& group, const Eigen::V
                   const DiagnoseOptions& options) {
   const Moving moving = while_moving(data, group, counted);
   const double left = rms_of_most(moving.squares);
-  return left > least_judged && left * widening_of(data, group) > elsewhere &&
+  return left > min_judged && left * inflation_of(data, group) > elsewhere &&
          left * data.blocks[group.judged.front()].sigma > elsewhere * options.simulator_accuracy * moving.recorded;
 }
 
@@ -200,7 +200,7 @@ ResidualAnalysis analyze_residual(const FitProblem& problem, const std::vector<G
   out.without = all_without(data, model, base);
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   out.shown = model.residual.array().isNaN().select(
-      nan, without_nuisance(data, problem.scatter, problem.prior, out.whole).array());
+      nan, without_nuisance(data, problem.nuisance, problem.prior, out.whole).array());
   out.counted = updated(problem, model);
   const std::vector<double> discrepancy = discrepancies(data, groups, model, out.without, options);
   out.structure.resize(groups.size());
@@ -224,9 +224,9 @@ void describe_beyond(const ComparisonData& data, const std::vector<Group>& group
   parallel_for(static_cast<int>(groups.size()), options.threads, [&](int g) {
     const Group& group = groups[g];
     if (!rest.beyond[g] || group.judged.empty()) return;
-    const double widening = widening_of(data, group);
-    std::vector<Dependence> depends = structure(data, group, shown, 0.0, level, widening).dependences;
-    if (const auto found = main_oscillation(data, group, widening * shown, level)) {
+    const double inflation = inflation_of(data, group);
+    std::vector<Dependence> depends = structure(data, group, shown, 0.0, level, inflation).dependences;
+    if (const auto found = main_oscillation(data, group, inflation * shown, level)) {
       const auto lesser = [&](const Dependence& d) { return d.share < found->share; };
       depends.insert(std::find_if(depends.begin(), depends.end(), lesser), *found);
     }

@@ -13,7 +13,7 @@ constexpr double length_against_mass = 0.01;
 
 }  // namespace
 
-void doubt_geometry(std::vector<Hypothesis>& hypotheses) {
+void apply_geometry_prior(std::vector<Hypothesis>& hypotheses) {
   for (Hypothesis& h : hypotheses)
     if (cell::find_effect(h.effect).proven_by_poses) h.log_prior += std::log(length_against_mass);
 }

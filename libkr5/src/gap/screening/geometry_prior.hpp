@@ -10,6 +10,6 @@ namespace kr5::gap {
 /// Lowers the prior of effects that taught poses prove (Effect::proven_by_poses). Loads alone hardly tell a length from
 /// a mass or a centre of mass, and lengths are what every taught pose proves, while masses are stated and never looked
 /// at again.
-void doubt_geometry(std::vector<Hypothesis>& hypotheses);
+void apply_geometry_prior(std::vector<Hypothesis>& hypotheses);
 
 }  // namespace kr5::gap

@@ -3,9 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <kr5/core/linear.hpp>
 #include <map>
-
-#include <Eigen/QR>
 
 namespace kr5::gap {
 namespace {
@@ -87,7 +86,7 @@ Eigen::VectorXd rough(const Eigen::VectorXd& u, const Eigen::VectorXd& v, const 
   A << Eigen::VectorXd::Ones(r.size()), x, y, x.square(), x * y, y.square();
   const Eigen::MatrixXd weighted = use.matrix().asDiagonal() * A;
   const Eigen::VectorXd kept = use * r.array();
-  return r - A * weighted.colPivHouseholderQr().solve(kept);
+  return r - A * least_squares(weighted, kept);
 }
 
 /// Marks the stray corners of one view, rows `at` of a block: the farthest first, until none is far.
@@ -103,7 +102,7 @@ int mark_view(ComparisonData& data, const Block& block, const Eigen::VectorXd& r
     const Eigen::ArrayXd left = rough(u, v, own, use).array().abs() * use;
     std::vector<double> sizes(left.begin(), left.end());
     Eigen::Index worst = 0;
-    if (left.maxCoeff(&worst) <= spike * std::max(mad_to_sigma * median(sizes), least_noise)) break;
+    if (left.maxCoeff(&worst) <= spike * std::max(mad_to_sigma * median(sizes), min_noise)) break;
     use(worst) = 0.0;
     data.use(block.first + at[static_cast<std::size_t>(worst)]) = 0.0;
   }
@@ -132,7 +131,7 @@ int mark_spikes(ComparisonData& data, const Eigen::VectorXd& residual, bool near
     const Eigen::VectorXd r = block.rows_of(residual), run = runs(data.experiment(block));
     std::vector<double> differences = second_differences(r, run);
     const double seen = mad_to_sigma * median(differences);
-    const double limit = spike * (seen < least_noise ? 1.0 : seen);  // of coarse numbers the declared noise, as below
+    const double limit = spike * (seen < min_noise ? 1.0 : seen);  // of coarse numbers the declared noise, as below
     const Eigen::VectorXd edge = near_edges ? Eigen::VectorXd::Zero(r.size()) : edges(data.experiment(block), r);
     Eigen::ArrayXd use = data.use.segment(block.first, block.rows);
     // Once more for those that stand beside another.
@@ -156,7 +155,7 @@ std::vector<NoiseScale> noise_scales(const ComparisonData& data, const Eigen::Ve
       d = second_differences(block.rows_of(residual), runs(data.experiment(block)));
     else if (block.kind == cell::Kind::Views)
       d = corner_differences(data.experiment(block), block.rows_of(residual));
-    if (d.size() >= telling && mad_to_sigma * median(d) < least_noise) {
+    if (d.size() >= telling && mad_to_sigma * median(d) < min_noise) {
       coarse.push_back({data.experiment(block).name, block.column});
       continue;
     }

@@ -16,7 +16,7 @@
 namespace kr5::gap {
 
 /// Less than this part of the declared noise is none: a coarse column, or a dead one.
-inline constexpr double least_noise = 0.2;
+inline constexpr double min_noise = 0.2;
 
 /// One key of `noise` in the cell.
 struct NoiseScale {

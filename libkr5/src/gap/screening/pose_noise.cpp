@@ -91,7 +91,7 @@ int mark(PoseSet& p, ProjectedResidual& left) {
       if (left.part(i) > leverage) used.push_back(size(i));
     if (used.size() < 20 || found >= size.size() / 20) return found;
     Eigen::Index worst = 0;
-    if (size.maxCoeff(&worst) <= far * std::max(mad_to_sigma * median(used), least_noise)) return found;
+    if (size.maxCoeff(&worst) <= far * std::max(mad_to_sigma * median(used), min_noise)) return found;
     p.use(worst) = 0.0;
   }
 }
@@ -119,7 +119,7 @@ std::vector<NoiseScale> pose_noise_scales(ComparisonData& data, const Eigen::Vec
     }
     if (dof < 20) continue;
     const double ratio = std::sqrt(chi2 / dof);
-    if (ratio < least_noise) continue;  // computed, or rounded: the declared noise is used
+    if (ratio < min_noise) continue;  // computed, or rounded: the declared noise is used
     out.push_back({key, std::nullopt, ratio, ratio / std::sqrt(2 * dof), dof});
   }
   return out;

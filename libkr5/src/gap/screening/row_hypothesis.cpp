@@ -17,11 +17,11 @@ using cell::EffectValue;
 using Point = Eigen::VectorXd;
 
 /// Least first coordinate of an effect that is linear in products with it, by which one divides.
-constexpr double least_factor = 1e-3;
+constexpr double min_factor = 1e-3;
 /// Coordinate beyond which a reciprocal is taken for nothing: a thousand usual sizes.
-constexpr double greatest_reciprocal = 1e3;
+constexpr double max_reciprocal = 1e3;
 /// Coordinate of a ratio at which it has changed by more than any plausible factor.
-constexpr double greatest_ratio = 20.0;
+constexpr double max_ratio = 20.0;
 /// More cycles of delay than any controller has.
 constexpr double most_delay_cycles = 40.0;
 /// Step of finite differences of a logarithm.
@@ -84,7 +84,7 @@ std::optional<EffectValue> value_at(const SearchedParameter& p, const Point& x) 
     case Logarithmic:
       return std::exp(first);
     case Quotient: {
-      const Eigen::VectorXd quotient = (p.size * x.segment(p.first, p.count) / std::max(x(0), least_factor))
+      const Eigen::VectorXd quotient = (p.size * x.segment(p.first, p.count) / std::max(x(0), min_factor))
                                            .cwiseMax(p.range.lower)
                                            .cwiseMin(p.range.upper);
       if (p.vector) return EffectValue(quotient);
@@ -122,14 +122,13 @@ std::vector<Coordinate> coordinates_of(const SearchedParameter& s, const EffectP
     }
     case Ratio: {  // within the range, and 0, where the effect is off
       const auto x_at = [&](double value) { return value > 0 && s.off > 0 ? std::log(value / s.off) / s.size : -1e9; };
-      return {{.lower = std::min(std::max(-greatest_ratio, x_at(s.range.lower)), 0.0),
-               .upper = s.off > 0 ? std::max(std::min(greatest_ratio, x_at(s.range.upper)), 0.0) : greatest_ratio,
+      return {{.lower = std::min(std::max(-max_ratio, x_at(s.range.lower)), 0.0),
+               .upper = s.off > 0 ? std::max(std::min(max_ratio, x_at(s.range.upper)), 0.0) : max_ratio,
                .step = p.step}};
     }
     case Reciprocal:
       return {{.lower = 0.0,
-               .upper = s.range.lower > 0 ? std::min(greatest_reciprocal, 1 / (s.size * s.range.lower))
-                                          : greatest_reciprocal,
+               .upper = s.range.lower > 0 ? std::min(max_reciprocal, 1 / (s.size * s.range.lower)) : max_reciprocal,
                .step = p.step}};
     case Amplitude: {
       const double most = s.range.upper / (std::sqrt(2.0) * s.size);  // sine and cosine together within the bound
@@ -184,7 +183,7 @@ class RowHypothesis {
   }
 
   Hypothesis take() && {
-    if (has(CoordinateKind::Quotient)) out_.coordinates.front().lower = least_factor;
+    if (has(CoordinateKind::Quotient)) out_.coordinates.front().lower = min_factor;
     out_.probes = probes();
     out_.apply = [id = effect_.id, target = out_.target, searched = searched_](cell::Cell& c, const Point& x) {
       for (const SearchedParameter& p : searched) cell::set_effect(c, id, target, p.name, value_at(p, x));

@@ -26,16 +26,16 @@ class Projection {
  public:
   Projection(const FitProblem& problem, const Model& model)
       : problem_(problem), columns_(model.jacobian), residual_(counted_residual(problem.data, model.residual)) {
-    if (problem.prior.size() > 0) scatter_b_ = project(problem.data, problem.scatter, residual_);
+    if (problem.prior.size() > 0) nuisance_b_ = project(problem.data, problem.nuisance, residual_);
     const Eigen::Index n = static_cast<Eigen::Index>(columns_.size());
     b_.resize(n);
     for (Eigen::Index i = 0; i < n; ++i) b_(i) = dot(problem.data, columns_[i], residual_);
     if (n == 0) return;
     Eigen::MatrixXd A = gram(columns_, columns_);
     if (problem.prior.size() > 0) {
-      scatter_ = project(problem.scatter, columns_);
-      A -= problem.prior.inner(scatter_, scatter_);
-      b_ -= problem.prior.inner(scatter_, scatter_b_);
+      nuisance_ = project(problem.nuisance, columns_);
+      A -= problem.prior.inner(nuisance_, nuisance_);
+      b_ -= problem.prior.inner(nuisance_, nuisance_b_);
     }
     A.diagonal().array() += 1e-9 + 1.0 / (prior_width * prior_width);
     factor_.compute(A);
@@ -44,15 +44,15 @@ class Projection {
   Normal normal(const std::vector<Signature>& columns) const {
     Normal out{gram(columns, columns), Eigen::VectorXd(columns.size())};
     for (std::size_t i = 0; i < columns.size(); ++i) out.b(i) = dot(problem_.data, columns[i], residual_);
-    Eigen::MatrixXd scatter;
+    Eigen::MatrixXd nuisance;
     if (problem_.prior.size() > 0) {
-      scatter = project(problem_.scatter, columns);
-      out.A -= problem_.prior.inner(scatter, scatter);
-      out.b -= problem_.prior.inner(scatter, scatter_b_);
+      nuisance = project(problem_.nuisance, columns);
+      out.A -= problem_.prior.inner(nuisance, nuisance);
+      out.b -= problem_.prior.inner(nuisance, nuisance_b_);
     }
     if (columns_.empty()) return out;
     Eigen::MatrixXd cross = gram(columns_, columns);
-    if (problem_.prior.size() > 0) cross -= problem_.prior.inner(scatter_, scatter);
+    if (problem_.prior.size() > 0) cross -= problem_.prior.inner(nuisance_, nuisance);
     const Eigen::MatrixXd solved = factor_.solve(cross);
     out.A -= cross.transpose() * solved;
     out.b -= solved.transpose() * b_;
@@ -64,8 +64,8 @@ class Projection {
  private:
   const FitProblem& problem_;
   const std::vector<Signature>& columns_;
-  Eigen::VectorXd residual_, b_, scatter_b_;
-  Eigen::MatrixXd scatter_;
+  Eigen::VectorXd residual_, b_, nuisance_b_;
+  Eigen::MatrixXd nuisance_;
   Eigen::LDLT<Eigen::MatrixXd> factor_;
 };
 
@@ -232,29 +232,29 @@ std::vector<Suggestion> Screen::rank(const FitProblem& problem, const Model& mod
 
 std::vector<PairSuggestion> Screen::rank_pairs(const FitProblem& problem, const Model& empty, std::size_t count) const {
   const Projection projection(problem, empty);
-  struct Entry {
+  struct PairMember {
     const Candidate* candidate;
     std::size_t probe;
     Normal normal;
-    Eigen::MatrixXd scatter;
+    Eigen::MatrixXd nuisance;
   };
-  std::vector<Entry> entries;
+  std::vector<PairMember> entries;
   for (const auto& c : candidates_)
     for (std::size_t p = 0; p < c->signatures.size(); ++p) entries.push_back({c.get(), p, {}, {}});
   parallel_for(static_cast<int>(entries.size()), threads_, [&](int i) {
     const auto& columns = entries[i].candidate->signatures[entries[i].probe];
     entries[i].normal = projection.normal(columns);
-    if (problem.prior.size() > 0) entries[i].scatter = project(problem.scatter, columns);
+    if (problem.prior.size() > 0) entries[i].nuisance = project(problem.nuisance, columns);
   });
   std::vector<std::vector<PairSuggestion>> found(entries.size());
   parallel_for(static_cast<int>(entries.size()), threads_, [&](int i) {
-    const Entry& a = entries[i];
+    const PairMember& a = entries[i];
     for (std::size_t j = static_cast<std::size_t>(i) + 1; j < entries.size(); ++j) {
-      const Entry& b = entries[j];
+      const PairMember& b = entries[j];
       const Hypothesis &ha = a.candidate->hypothesis, &hb = b.candidate->hypothesis;
       if (ha.effect == hb.effect && ha.target == hb.target) continue;
       Eigen::MatrixXd cross = gram(a.candidate->signatures[a.probe], b.candidate->signatures[b.probe]);
-      if (problem.prior.size() > 0) cross -= problem.prior.inner(a.scatter, b.scatter);
+      if (problem.prior.size() > 0) cross -= problem.prior.inner(a.nuisance, b.nuisance);
       const Eigen::Index n = a.normal.b.size(), m = b.normal.b.size();
       Normal joint{Eigen::MatrixXd(n + m, n + m), Eigen::VectorXd(n + m)};
       joint.A << a.normal.A, cross, cross.transpose(), b.normal.A;

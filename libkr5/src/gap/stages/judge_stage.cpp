@@ -18,7 +18,7 @@ namespace {
 /// Prior odds of a shape that no catalogue names against an effect of the catalogue.
 constexpr double free_shape_odds = 0.1;
 /// An effect that is trusted less than evenly is not blamed.
-constexpr double least_trust = 0.5;
+constexpr double min_trust = 0.5;
 
 bool of_recording(const Part& part) { return part.candidate->hypothesis.of_recording; }
 
@@ -61,7 +61,7 @@ class Judge {
   static int distrusted(const Judged& judged) {
     int out = -1;
     for (std::size_t k = 0; k < judged.trusts.size(); ++k)
-      if (!of_recording(judged.model.parts[k]) && judged.trusts[k] < least_trust &&
+      if (!of_recording(judged.model.parts[k]) && judged.trusts[k] < min_trust &&
           (out < 0 || judged.trusts[k] < judged.trusts[static_cast<std::size_t>(out)]))
         out = static_cast<int>(k);
     return out;
@@ -101,10 +101,10 @@ class Judge {
     if (best.parts.size() < 2) return false;
     const auto with_shape = [&](const FitProblem& problem) {
       const Eigen::VectorXd left =
-          without_nuisance(data_, problem.scatter, problem.prior, counted_residual(data_, models_.base()));
+          without_nuisance(data_, problem.nuisance, problem.prior, counted_residual(data_, models_.base()));
       return empty_model(problem, models_.base()).log_evidence + best_free_shape(data_, groups_, left, prior_width) / 2;
     };
-    const FitProblem plain{data_, problem_.scatter, {}, 0.0};
+    const FitProblem plain{data_, problem_.nuisance, {}, 0.0};
     const double likelier = std::max(with_shape(plain), with_shape(problem_));
     return likelier + problem_.log_prior_effect + std::log(free_shape_odds) > best.log_evidence;
   }

@@ -9,7 +9,7 @@ bool within_nuisance(const FitProblem& problem, const Model& model) {
   constexpr double most = 4.0;  // of some thirty parameters one in 500 times
   if (problem.prior.size() == 0.0) return true;
   const Eigen::VectorXd off =
-      problem.prior.estimate(project(problem.data, problem.scatter, counted_residual(problem.data, model.residual)));
+      problem.prior.estimate(project(problem.data, problem.nuisance, counted_residual(problem.data, model.residual)));
   return off.cwiseAbs().maxCoeff() < most * problem.prior.size();
 }
 

@@ -30,8 +30,8 @@ void add_known_errors(NoiseOutput& out, const DiagnoseOptions& options) {
     const double error = known_error(options, column_name(block.kind, block.column));
     if (error == 0.0) continue;
     const double sigma = std::hypot(block.sigma, error);
-    block.widening = sigma / block.sigma;
-    block.rows_of(out.base) /= block.widening;
+    block.inflation = sigma / block.sigma;
+    block.rows_of(out.base) /= block.inflation;
     block.sigma = sigma;
   }
   for (const ColumnError& own : options.simulator_errors)

@@ -47,7 +47,7 @@ Diagnosis report_stage(const CompareOutput& compared, const NoiseOutput& noise, 
   out.next_experiment = next_experiment(data, judged.model, judged.found.models.kept, out.causes, options.threads);
   if (after.any()) out.nearest = nearest_effects(screened, judged, options);
   out.not_tried = untried_effects(data.recording->cell, screened.screen.unseen());
-  out.scatter = judged.found.prior.size();
+  out.nuisance_std = judged.found.prior.size();
   add_findings(compared, noise, screened, judged, options, out);
   tell(options, judging_step, 1.0);
   return out;

@@ -17,7 +17,7 @@ namespace {
 /// All that may explain a recording: effects of the catalogue, those of the options, faults of the recording.
 std::vector<Hypothesis> all_hypotheses(const cell::Recording& recording, const DiagnoseOptions& options) {
   std::vector<Hypothesis> out = hypotheses(recording.cell, span_of(recording));
-  if (only_loads(recording)) doubt_geometry(out);
+  if (only_loads(recording)) apply_geometry_prior(out);
   out.insert(out.end(), options.own_hypotheses.begin(), options.own_hypotheses.end());
   std::vector<Hypothesis> faults = recording_faults(recording);
   out.insert(out.end(), std::make_move_iterator(faults.begin()), std::make_move_iterator(faults.end()));

@@ -111,7 +111,7 @@ class NeededEffects {
       return std::ranges::none_of(seen_, [&](const std::vector<Part>& parts) { return same_effects(parts, m.parts); });
     };
     for (const Model& m : models_.all()) {
-      if (m.log_evidence < models_.best().log_evidence + std::log(least_tied_odds)) break;
+      if (m.log_evidence < models_.best().log_evidence + std::log(min_tied_odds)) break;
       if (m.parts.size() <= models_.best().parts.size() && is_new(m)) return m;
     }
     return std::nullopt;

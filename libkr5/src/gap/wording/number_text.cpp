@@ -51,7 +51,7 @@ std::string percent_text(double share) {
   return share < 0.005 ? "less than 1 %" : format("%.0f %%", 100 * share);
 }
 
-std::string least_percent_text(double share) { return (share >= nearly_all ? "" : "at least ") + percent_text(share); }
+std::string min_percent_text(double share) { return (share >= nearly_all ? "" : "at least ") + percent_text(share); }
 
 std::string gap_text(double gap) { return format(gap >= 10 ? "%.1f" : "%.2f", gap); }
 

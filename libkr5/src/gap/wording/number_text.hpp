@@ -17,7 +17,7 @@ std::string number_text(double value, double std = 0.0);
 /// A share that says neither 0 nor 100 %, which no measurement does; what is below 0 is less than 1 %.
 std::string percent_text(double share);
 /// The same of a share that others exceed: `at least 62 %`.
-std::string least_percent_text(double share);
+std::string min_percent_text(double share);
 /// A gap: two digits behind the point, of large ones one.
 std::string gap_text(double gap);
 /// Factor from SI, and unit, of numbers in a sentence; long times stay in seconds.

@@ -37,8 +37,8 @@ void ForceLoopDesignOptions::validate() const {
   require(lowest_stiffness >= 0 && std::isfinite(lowest_stiffness), "lowest_stiffness must not be negative [N/m]");
   require(highest_stiffness >= 0 && std::isfinite(highest_stiffness), "highest_stiffness must not be negative [N/m]");
   require(points >= 1 && points <= 1000, "points must lie between 1 and 1000");
-  require(greatest_overshoot > 0 && std::isfinite(greatest_overshoot), "greatest_overshoot must be positive [-]");
-  require(least_gain_margin > 1 && std::isfinite(least_gain_margin), "least_gain_margin must be above 1 [-]");
+  require(max_overshoot > 0 && std::isfinite(max_overshoot), "max_overshoot must be positive [-]");
+  require(min_gain_margin > 1 && std::isfinite(min_gain_margin), "min_gain_margin must be above 1 [-]");
   require(duration > 0 && std::isfinite(duration), "duration must be positive [s]");
 }
 
@@ -180,12 +180,12 @@ ForceLoopPoint at_stiffness(ForceLoopPlant plant, double stiffness, const force:
 bool keeps(const ForceLoopPlant& at, force::ForceLoopOptions loop, double gain, double limit,
            const ForceLoopDesignOptions& options) {
   loop.gain = gain;
-  if (limit < options.least_gain_margin * gain) return false;
+  if (limit < options.min_gain_margin * gain) return false;
   const SampledPlant sampled = sample(at);
   ForceLoopPoint point;
   respond(sampled, closed(sampled, loop.correction, gain), gain * loop.compensator() * options.reference, at, options,
           point);
-  return point.overshoot <= options.greatest_overshoot;
+  return point.overshoot <= options.max_overshoot;
 }
 
 double recommend_gain(ForceLoopPlant plant, const force::ForceLoopOptions& loop, const ForceLoopDesignOptions& options,
@@ -194,7 +194,7 @@ double recommend_gain(ForceLoopPlant plant, const force::ForceLoopOptions& loop,
   for (const double stiffness : {lowest, highest}) {
     plant.stiffness = stiffness;
     const double limit = gain_limit(sample(plant), loop.correction, stiffness);
-    double low = 1e-4 * limit, high = limit / options.least_gain_margin;
+    double low = 1e-4 * limit, high = limit / options.min_gain_margin;
     if (limit == 0.0 || !keeps(plant, loop, low, limit, options)) return 0.0;
     if (keeps(plant, loop, high, limit, options)) low = high;
     for (int i = 0; i < 25 && low < high; ++i) {

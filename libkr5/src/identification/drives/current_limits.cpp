@@ -18,7 +18,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double unlimited = std::numeric_limits<double>::infinity();
-constexpr double least_current_share = 1e-9;  // of the greatest current per force: less is rounding
+constexpr double min_current_share = 1e-9;  // of the greatest current per force: less is rounding
 
 /// What motors need in one posture.
 struct PostureNeed {
@@ -53,7 +53,7 @@ double force_at(double reserve, double per_force) { return std::max(0.0, reserve
 
 /// Forces of one posture, in all directions.
 void find_forces(PassiveLimits& out, Index k, const PostureNeed& need) {
-  const double least = least_current_share * need.per_force.cwiseAbs().maxCoeff();
+  const double least = min_current_share * need.per_force.cwiseAbs().maxCoeff();
   for (Index c = 0; c < need.per_force.cols(); ++c) {
     out.yield_force(k, c) = out.push_force(k, c) = unlimited;
     out.yield_motor(k, c) = -1;
@@ -78,8 +78,7 @@ double margin_for(const std::vector<PostureNeed>& needs, const VectorXd& frictio
   return out;
 }
 
-double greatest_margin(const std::vector<PostureNeed>& needs, const VectorXd& friction,
-                       const PassiveLimitOptions& options) {
+double max_margin(const std::vector<PostureNeed>& needs, const VectorXd& friction, const PassiveLimitOptions& options) {
   double out = unlimited;
   for (const PostureNeed& need : needs)
     for (Index c = 0; c < need.per_force.cols(); ++c) {
@@ -152,7 +151,7 @@ PassiveLimits passive_limits(const GravityModel& model, const VectorXd& coulomb,
   out.yield_motor.resize(rows, options.directions.cols());
   out.push_force.resize(rows, options.directions.cols());
   for (Index k = 0; k < rows; ++k) find_forces(out, k, needs[static_cast<std::size_t>(k)]);
-  out.greatest_margin = options.contact_force > 0 ? greatest_margin(needs, out.friction, options) : unlimited;
+  out.max_margin = options.contact_force > 0 ? max_margin(needs, out.friction, options) : unlimited;
   out.fit = {FitStatus::Converged, 0, 0.0, 0.0, "limits of " + std::to_string(rows) + " postures"};
   return out;
 }

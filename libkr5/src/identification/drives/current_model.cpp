@@ -16,9 +16,9 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr Index least_current_samples = 10;
-constexpr double least_pivot = 1e-6;  // of the scaled normal equations
-constexpr double sure = 3.0;          // standard deviations by which a torque must show in the current
+constexpr Index min_current_samples = 10;
+constexpr double min_pivot = 1e-6;  // of the scaled normal equations
+constexpr double sure = 3.0;        // standard deviations by which a torque must show in the current
 
 double direction_of(double speed, double standstill) {
   return std::abs(speed) <= standstill ? 0.0 : (speed > 0 ? 1.0 : -1.0);
@@ -49,8 +49,8 @@ CurrentModel identify_current_model(const VectorXd& current, const VectorXd& tor
           "current, torque, speed: a number is not finite");
   CurrentModel out;
   out.standstill = options.standstill;
-  if (n < least_current_samples) {
-    out.fit.message = std::to_string(n) + " samples, expected at least " + std::to_string(least_current_samples);
+  if (n < min_current_samples) {
+    out.fit.message = std::to_string(n) + " samples, expected at least " + std::to_string(min_current_samples);
     return out;
   }
   Eigen::Matrix<double, Eigen::Dynamic, 3> X(n, 3);
@@ -60,7 +60,7 @@ CurrentModel identify_current_model(const VectorXd& current, const VectorXd& tor
   const Eigen::Matrix3d normal = X.transpose() * X;
   const Eigen::Vector3d scale = normal.diagonal().cwiseSqrt().cwiseInverse();
   const Eigen::LDLT<Eigen::Matrix3d> factors(Eigen::Matrix3d(scale.asDiagonal() * normal * scale.asDiagonal()));
-  if (!scale.allFinite() || !(factors.vectorD().minCoeff() > least_pivot)) {
+  if (!scale.allFinite() || !(factors.vectorD().minCoeff() > min_pivot)) {
     out.fit.message =
         "torque and direction do not vary apart from each other; move the joint both ways, through "
         "different torques";

@@ -20,9 +20,9 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double least_drive_motion = 1e-3;  // of a joint, from which a coupling to it is looked for [rad or m]
-constexpr double collinear = 1e-6;           // pivot of the scaled normal equations
-constexpr double large_noise = 0.03;         // noise over motion that biases S
+constexpr double min_drive_motion = 1e-3;  // of a joint, from which a coupling to it is looked for [rad or m]
+constexpr double collinear = 1e-6;         // pivot of the scaled normal equations
+constexpr double large_noise = 0.03;       // noise over motion that biases S
 
 /// Probability that a Student variable is farther from 0 than |t|.
 double two_sided(double t, double dof) { return 1 - uncertainty::fisher_cdf(t * t, 1, dof); }
@@ -122,7 +122,7 @@ std::vector<Index> candidate_joints(const Readings& data, Index motor, std::vect
         low = std::min(low, data.q(i, j));
         high = std::max(high, data.q(i, j));
       }
-    if (high - low > least_drive_motion)
+    if (high - low > min_drive_motion)
       out.push_back(j);
     else
       warnings.push_back("motor " + std::to_string(motor + 1) + ": the readings do not show whether joint " +
@@ -141,7 +141,7 @@ Index weakest_coupling(const MotorModel& m, const ReadingNoise& noise, double ca
   }
   if (weakest < 0) return -1;
   const bool shown = two_sided(least, noise.dof) < options.coupling_false_alarm / candidates;
-  const bool large = std::abs(m.s[weakest]) > options.least_coupling * std::abs(m.s[0]);
+  const bool large = std::abs(m.s[weakest]) > options.min_coupling * std::abs(m.s[0]);
   return shown && large ? -1 : weakest;
 }
 
@@ -241,7 +241,7 @@ void DriveOptions::validate() const {
   require((counts_per_turn.array() > 0).all(), "counts_per_turn must be positive [-]");
   require(coupling_false_alarm > 0 && coupling_false_alarm < 1, "coupling_false_alarm: between 0 and 1 [-]");
   require(outlier_false_alarm > 0 && outlier_false_alarm < 1, "outlier_false_alarm: between 0 and 1 [-]");
-  require(least_coupling >= 0 && least_coupling < 1, "least_coupling: from 0 to below 1 [-]");
+  require(min_coupling >= 0 && min_coupling < 1, "min_coupling: from 0 to below 1 [-]");
 }
 
 DriveResult identify_drives(const DriveReadings& readings, const DriveOptions& options) {

@@ -21,10 +21,10 @@ using Eigen::VectorXd;
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 constexpr Index fewest_readings = 10;
-constexpr double least_reliability = 0.5;  // share of the moment of the torques that is no noise, below which nothing
-                                           // is estimated: the method is one of small corrections
-constexpr double least_spread = 1e-6;      // of torques; less is what rounding leaves of none [N m or N]
-constexpr double side_noise = 4.0;         // standard deviations of the torque that tell its sign
+constexpr double min_reliability = 0.5;  // share of the moment of the torques that is no noise, below which nothing
+                                         // is estimated: the method is one of small corrections
+constexpr double min_spread = 1e-6;      // of torques; less is what rounding leaves of none [N m or N]
+constexpr double side_noise = 4.0;       // standard deviations of the torque that tell its sign
 
 /// Readings of one joint, and which of them follow one another.
 struct SpringRows {
@@ -80,12 +80,12 @@ SpringFit fit_spring(const SpringRows& rows, double torque_noise, bool play, boo
   const MatrixXd scaled = scale.asDiagonal() * moments * scale.asDiagonal();
   const MatrixXd inverse = scaled.ldlt().solve(MatrixXd::Identity(J.cols(), J.cols()));
   const double own = 1.0 / (inverse(1, 1) * scale[1] * scale[1]);  // what no other column explains of the torque
-  if (!(own > std::max(1e-12 * moments(1, 1), count * least_spread * least_spread))) return out;
+  if (!(own > std::max(1e-12 * moments(1, 1), count * min_spread * min_spread))) return out;
   const VectorXd products = torque_noise * torque_noise * noise_products(rows, J.cols(), play);
   const double taken = products[1];
   out.reliability = (own - taken) / own;
   out.spread = std::sqrt(std::max(own - taken, 0.0) / count);
-  if (out.reliability < least_reliability) return out;
+  if (out.reliability < min_reliability) return out;
   MatrixXd corrected = moments;
   corrected.col(1) -= products;
   const MatrixXd back =
@@ -132,9 +132,9 @@ SpringRows rows_above(const ElasticityReadings& readings, Index joint, double le
 double standard_deviation(const VectorXd& x) { return std::sqrt((x.array() - x.mean()).square().mean()); }
 
 void require_joint_side(const SpringRows& rows, int joint) {
-  constexpr double greatest_lead = 0.1, greatest_share = 0.1;  // [rad or m], of the motion
+  constexpr double max_lead = 0.1, max_share = 0.1;  // [rad or m], of the motion
   const double lead = standard_deviation(rows.lead);
-  require(lead < greatest_lead || lead < greatest_share * standard_deviation(rows.link),
+  require(lead < max_lead || lead < max_share * standard_deviation(rows.link),
           "motor: joint " + std::to_string(joint) + " differs from link by " + short_number(lead) +
               " (standard deviation), expected a deflection: angles over the gear ratio, both in rad or m");
 }
@@ -162,7 +162,7 @@ void describe(JointSpring& out, const SpringFit& fit, double significance) {
 
 /// What the lead says of the gear ratio, by which the motor angles were divided: a part of it that grows with the
 /// angle.
-std::string ratio_doubt(const SpringRows& rows, double noise, bool play) {
+std::string ratio_warning(const SpringRows& rows, double noise, bool play) {
   constexpr double false_alarm = 1e-3;
   const SpringFit fit = fit_spring(rows, noise, play, true);
   const Index last = fit.values.size() - 1;
@@ -207,7 +207,7 @@ JointSpring spring_of(const ElasticityReadings& readings, Index joint, const Ela
   out.attenuation = fit.reliability;
   if (fit.determined) {
     describe(out, fit, options.significance);
-    note += ratio_doubt(rows, noise, fit.values.size() > 2);
+    note += ratio_warning(rows, noise, fit.values.size() > 2);
   } else {
     out.message = "the torques change too little: their spread is " + short_number(fit.spread) +
                   " N m or N beside noise of " + short_number(noise);

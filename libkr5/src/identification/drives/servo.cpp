@@ -25,7 +25,7 @@ using physics::RowRange;
 using Vector5 = Eigen::Matrix<double, 5, 1>;  // log wn, log zeta, delay, gain, offset
 
 void ServoOptions::validate() const {
-  require(greatest_delay > 0 && std::isfinite(greatest_delay), "greatest_delay must be positive [s]");
+  require(max_delay > 0 && std::isfinite(max_delay), "max_delay must be positive [s]");
   require(accepted_std > 0 && std::isfinite(accepted_std), "accepted_std must be positive [-]");
 }
 
@@ -58,8 +58,8 @@ class ServoProblem {
     slowest_ = 0.3 / std::max(longest, cycle);
     fastest_ = 2 * std::numbers::pi / cycle;
     constexpr double free = 1e9;
-    box.lower << std::log(slowest_ / 10), std::log(0.01), -options.greatest_delay, -free, -free;
-    box.upper << std::log(fastest_), std::log(30.0), options.greatest_delay, free, free;
+    box.lower << std::log(slowest_ / 10), std::log(0.01), -options.max_delay, -free, -free;
+    box.upper << std::log(fastest_), std::log(30.0), options.max_delay, free, free;
   }
 
   static cell::SecondOrder servo_of(const Vector5& x) { return {std::exp(x[0]), std::exp(x[1]), x[2]}; }
@@ -113,8 +113,8 @@ class ServoProblem {
   std::vector<Vector5> starts(std::size_t count) const {
     constexpr int frequencies = 16;
     constexpr std::array dampings = {0.4, 0.8, 1.5};
-    const std::array delays = {-0.2 * options_.greatest_delay, 0.0, 0.04 * options_.greatest_delay,
-                               0.15 * options_.greatest_delay, 0.5 * options_.greatest_delay};
+    const std::array delays = {-0.2 * options_.max_delay, 0.0, 0.04 * options_.max_delay, 0.15 * options_.max_delay,
+                               0.5 * options_.max_delay};
     std::vector<std::pair<double, Vector5>> all;
     for (int i = 0; i < frequencies; ++i)
       for (const double zeta : dampings)
@@ -244,7 +244,7 @@ ServoResult identify_servo(const ServoLog& log, const ServoOptions& options) {
   out.cycle = median_cycle(log, problem.runs());
   const auto response = servo_response(out.servo, log, problem.runs(), options.command);
   out.predicted = out.gain * response.col(0).array() + out.offset;
-  out.greatest_speed = std::abs(out.gain) * response.col(1).cwiseAbs().maxCoeff();
+  out.max_speed = std::abs(out.gain) * response.col(1).cwiseAbs().maxCoeff();
   set_covariance(out, problem, best.x, problem.residuals(best.x));
   out.fit.initial_rms *= problem.span() / std::max(out.noise, 1e-300);
   out.fit.final_rms = 1.0;  // the noise is estimated from the residuals

@@ -127,7 +127,7 @@ std::optional<SpeedPlateau> find_speed_plateau(const ServoLog& log, const std::v
                                                const ServoResult& found) {
   // Lines through so many samples that noise changes their slopes by a few hundredths of the greatest speed.
   constexpr double fine = 0.02;
-  const double noise = neighbour_noise(log.response, runs), wanted = fine * found.greatest_speed * found.cycle;
+  const double noise = neighbour_noise(log.response, runs), wanted = fine * found.max_speed * found.cycle;
   const double least = std::cbrt(12 * noise * noise / (wanted * wanted));
   const Index width = std::max<Index>(5, static_cast<Index>(std::ceil(std::min(least, 1e6))));
   double greatest = 0.0;

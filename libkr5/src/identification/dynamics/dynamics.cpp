@@ -23,10 +23,10 @@ using Eigen::VectorXd;
 
 /// Rows of the base parameters for one part of a motion.
 JointRows base_rows(const DynamicsRegressor& regressor, const BaseParameters& base, const JointMotion& motion,
-                    const MatrixXd& load, double least_speed) {
+                    const MatrixXd& load, double min_speed) {
   JointRows out{
       regressor.joint_regressors(motion, base.independent, load), base.independent, motion.tau, motion.run_starts, {}};
-  leave_out_rest(motion, regressor.model().structure, least_speed, out);
+  leave_out_rest(motion, regressor.model().structure, min_speed, out);
   return out;
 }
 
@@ -76,7 +76,7 @@ LinearEstimate estimate_linear(const DynamicsRegressor& regressor, const BasePar
   const bool loaded = needs_load(regressor.model());
   if (loaded) out.load = MatrixXd::Zero(motion.samples(), motion.joints());  // at first without that friction
   for (int turn = 0; turn < (loaded ? 3 : 1); ++turn) {
-    const JointRows rows = base_rows(regressor, base, motion, out.load, options.least_speed);
+    const JointRows rows = base_rows(regressor, base, motion, out.load, options.min_speed);
     std::vector<JointRegressor> others;
     if (instruments) others = regressor.joint_regressors(*instruments, base.independent, out.load);
     out.fit = fit_joint_rows(rows, fit_options, instruments ? &others : nullptr);
@@ -101,7 +101,7 @@ void make_consistent(const DynamicsRegressor& regressor, const JointMotion& moti
   std::vector<int> all(static_cast<std::size_t>(regressor.parameters()));
   for (std::size_t c = 0; c < all.size(); ++c) all[c] = static_cast<int>(c);
   JointRows rows{regressor.joint_regressors(motion, {}, linear.load), all, motion.tau, motion.run_starts, {}};
-  leave_out_rest(motion, regressor.model().structure, options.least_speed, rows);
+  leave_out_rest(motion, regressor.model().structure, options.min_speed, rows);
   std::vector<MatrixXd> factors;
   for (std::size_t i = 0; i < rows.regressors.size(); ++i) {
     const MatrixXd& X = rows.regressors[i].X;
@@ -149,7 +149,7 @@ void make_consistent(const DynamicsRegressor& regressor, const JointMotion& moti
 MatrixXd predicted_torques(const DynamicsRegressor& regressor, const JointMotion& motion, const JointMotion& fitted,
                            const JointFit& fit, const DynamicsOptions& options, const VectorXd& parameters) {
   const bool known =
-      options.estimator != Estimator::Consistent && options.least_speed == 0 && !needs_load(regressor.model());
+      options.estimator != Estimator::Consistent && options.min_speed == 0 && !needs_load(regressor.model());
   if (!known) return regressor.torques(motion, parameters);
   const Index first = fitted.samples(), rest = motion.samples() - first;
   MatrixXd out(motion.samples(), motion.joints());
@@ -192,8 +192,8 @@ LinearEstimate estimate_with_terms(const DynamicsModel& given, const JointMotion
   if (!options.choose_terms) return linear;
   const MatrixXd load = DynamicsRegressor(out.model).link_torques(fitted, out.base.standard(linear.fit.beta));
   out.model.terms = choose_friction_terms(
-      out.model, fitted, base_rows(DynamicsRegressor(out.model), out.base, fitted, load, options.least_speed),
-      linear.fit.sigma, load, options.blocks, options.least_speed);
+      out.model, fitted, base_rows(DynamicsRegressor(out.model), out.base, fitted, load, options.min_speed),
+      linear.fit.sigma, load, options.blocks, options.min_speed);
   do {
     out.base = base_parameters(out.model);
     linear = estimate();
@@ -249,7 +249,7 @@ void DynamicsOptions::validate() const {
   require(held_out >= 0 && held_out < 1, "held_out must be at least 0 and below 1 [-]");
   require(blocks >= 3, "blocks must be at least 3");
   require(huber > 0 && std::isfinite(huber), "huber must be positive [standard deviations]");
-  require(least_speed >= 0 && least_speed < 1, "least_speed must be at least 0 and below 1 [-]");
+  require(min_speed >= 0 && min_speed < 1, "min_speed must be at least 0 and below 1 [-]");
   require(max_iterations > 0, "max_iterations must be positive");
   require(max_body_iterations > 0, "max_body_iterations must be positive");
   require(!choose_estimate || estimator == Estimator::Weighted || estimator == Estimator::Consistent,
@@ -282,7 +282,7 @@ DynamicsResult identify_dynamics(const JointMotion& motion, const DynamicsModel&
   if (options.choose_estimate) options = choose_estimate(fitted, out.model, options);
   out.estimator = options.estimator;
   out.prior_spread = options.prior_spread;
-  out.least_speed = options.least_speed;
+  out.min_speed = options.min_speed;
   std::optional<JointMotion> others;
   if (instruments) others = part_of(*instruments, 0, count);
   const LinearEstimate linear = estimate_with_terms(model, fitted, options, others ? &*others : nullptr, out);

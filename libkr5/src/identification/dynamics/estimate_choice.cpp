@@ -37,7 +37,7 @@ JointMotion without_part(const JointMotion& motion, Index first, Index count) {
 constexpr int thirds = 3;
 
 /// Squared errors of each joint, summed over the samples of all thirds; infinite where a third could not be predicted.
-struct Candidate {
+struct JudgedOptions {
   DynamicsOptions options;
   VectorXd squares;
 
@@ -45,13 +45,13 @@ struct Candidate {
   static constexpr double endless = std::numeric_limits<double>::infinity();
 };
 
-std::vector<Candidate> candidates_of(const DynamicsOptions& options, int joints) {
-  std::vector<Candidate> out;
-  for (const double least_speed : {0.0, 0.01, 0.02, 0.04}) {
+std::vector<JudgedOptions> candidates_of(const DynamicsOptions& options, int joints) {
+  std::vector<JudgedOptions> out;
+  for (const double min_speed : {0.0, 0.01, 0.02, 0.04}) {
     DynamicsOptions one = options;
     one.held_out = 0.0;
     one.choose_estimate = false;
-    one.least_speed = least_speed;
+    one.min_speed = min_speed;
     one.estimator = Estimator::Weighted;
     out.push_back({one, VectorXd::Zero(joints)});
     one.estimator = Estimator::Consistent;
@@ -67,12 +67,12 @@ std::vector<Candidate> candidates_of(const DynamicsOptions& options, int joints)
 }  // namespace
 
 DynamicsOptions choose_estimate(const JointMotion& motion, const DynamicsModel& model, const DynamicsOptions& options) {
-  std::vector<Candidate> candidates = candidates_of(options, motion.joints());
+  std::vector<JudgedOptions> candidates = candidates_of(options, motion.joints());
   for (int third = 0; third < thirds; ++third) {
     const Index first = motion.samples() * third / thirds, count = motion.samples() * (third + 1) / thirds - first;
     const JointMotion others = without_part(motion, first, count), left_out = part_of(motion, first, count);
     DynamicsModel chosen = model;
-    for (Candidate& one : candidates) {
+    for (JudgedOptions& one : candidates) {
       const bool weighted = one.options.estimator == Estimator::Weighted;  // it stands before those of its least speed
       DynamicsOptions own = one.options;
       own.choose_terms = weighted && options.choose_terms;
@@ -81,17 +81,17 @@ DynamicsOptions choose_estimate(const JointMotion& motion, const DynamicsModel& 
       if (result.fit.usable())
         one.squares += (left_out.tau - predict_torques(result, left_out)).colwise().squaredNorm().transpose();
       else
-        one.squares.setConstant(Candidate::endless);
+        one.squares.setConstant(JudgedOptions::endless);
     }
   }
-  const Candidate* best = nullptr;
-  for (const Candidate& one : candidates)
-    if (one.score() < (best ? best->score() : Candidate::endless)) best = &one;
+  const JudgedOptions* best = nullptr;
+  for (const JudgedOptions& one : candidates)
+    if (one.score() < (best ? best->score() : JudgedOptions::endless)) best = &one;
   if (!best) return options;
   DynamicsOptions out = options;
   out.estimator = best->options.estimator;
   out.prior_spread = best->options.prior_spread;
-  out.least_speed = best->options.least_speed;
+  out.min_speed = best->options.min_speed;
   return out;
 }
 

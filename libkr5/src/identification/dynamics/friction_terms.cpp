@@ -48,7 +48,7 @@ Shapes stribeck_offers(const JointTerms& now, const JointSignals& at, double Joi
   Shapes out;
   if (now.*velocity > 0 || !(fastest > 0)) return out;
   // A friction of lower speeds than those that are left out would be extrapolated to them.
-  for (double part = 0.6; part > std::max(0.01, 2 * at.least_speed / fastest); part *= 0.6) {
+  for (double part = 0.6; part > std::max(0.01, 2 * at.min_speed / fastest); part *= 0.6) {
     out.push_back(now);
     out.back().*velocity = part * fastest;
   }

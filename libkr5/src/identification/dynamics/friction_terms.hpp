@@ -17,7 +17,7 @@ struct JointSignals {
   Eigen::ArrayXd load;         ///< Torque through the gear [N m or N].
   Eigen::ArrayXd t;            ///< [s]
   Eigen::ArrayXd temperature;  ///< Empty: not measured [deg C].
-  double least_speed = 0.0;    ///< Below which samples are left out [rad/s or m/s].
+  double min_speed = 0.0;      ///< Below which samples are left out [rad/s or m/s].
 };
 /// @param load Torques through the gears, samples x joints; empty: zero.
 JointSignals joint_signals(const JointMotion& motion, const Eigen::MatrixXd& load, int joint);

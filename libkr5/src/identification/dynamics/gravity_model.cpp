@@ -279,8 +279,8 @@ void describe_gravity(GravityResult& out, const std::vector<SlowSamples>& sample
 
 void GravityOptions::validate() const {
   require(gravity.allFinite() && gravity.norm() > 0, "gravity must be finite and not zero [m/s^2]");
-  require(least_speed > 0, "least_speed must be positive [rad/s or m/s]");
-  require(greatest_speed > least_speed, "greatest_speed must be greater than least_speed [rad/s or m/s]");
+  require(min_speed > 0, "min_speed must be positive [rad/s or m/s]");
+  require(max_speed > min_speed, "max_speed must be greater than min_speed [rad/s or m/s]");
   require(held_out >= 0 && held_out < 0.9, "held_out must be at least 0 and less than 0.9 [-]");
 }
 
@@ -359,7 +359,7 @@ GravityResult identify_gravity(const kinematics::DhChain& chain, const JointMoti
   motion.validate();
   require_arm_values(chain, motion.q.cols(), "motion.q");
   GravityResult out;
-  const std::vector<SlowSamples> samples = slow_samples(motion, options.least_speed, options.greatest_speed);
+  const std::vector<SlowSamples> samples = slow_samples(motion, options.min_speed, options.max_speed);
   if (std::string problem = objection(motion, samples, options.held_out); !problem.empty()) {
     out.fit.message = std::move(problem);
     return out;

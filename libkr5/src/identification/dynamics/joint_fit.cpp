@@ -109,11 +109,11 @@ MatrixXd merged_rows(const MatrixXd& X, const std::vector<RowRange>& runs, Index
 /// How many neighbouring rows may stand as one in sums of columns times noise: as many as the columns hardly differ in,
 /// so that what such sums hold of the noise is its mean over them. Logs of arms are sampled much faster than arms move.
 Index mergeable_rows(const std::vector<JointRegressor>& regressors, const std::vector<RowRange>& runs) {
-  constexpr double lost = 0.01;       // part of a squared column that may be lost [-]
-  constexpr Index least_rows = 1000;  // that remain
+  constexpr double lost = 0.01;     // part of a squared column that may be lost [-]
+  constexpr Index min_rows = 1000;  // that remain
   Index out = 64;
   for (const JointRegressor& joint : regressors) {
-    while (out > 1 && joint.X.rows() < out * least_rows) out /= 2;
+    while (out > 1 && joint.X.rows() < out * min_rows) out /= 2;
     const double rounding = 1e-20 * joint.X.colwise().squaredNorm().maxCoeff();
     for (Index c = 0; c < joint.X.cols() && out > 1; ++c) {
       const double whole = joint.X.col(c).squaredNorm();
@@ -470,9 +470,9 @@ double root_mean_square(const Eigen::Ref<const VectorXd>& values) {
   return std::sqrt(values.squaredNorm() / static_cast<double>(values.size()));
 }
 
-Eigen::ArrayXd moving_samples(const JointMotion& motion, const MatrixXd& structure, double least_speed, int joint) {
+Eigen::ArrayXd moving_samples(const JointMotion& motion, const MatrixXd& structure, double min_speed, int joint) {
   const auto moving = [&](const VectorXd& speed) -> Eigen::ArrayXd {
-    return (speed.array().abs() >= least_speed * root_mean_square(speed)).cast<double>();
+    return (speed.array().abs() >= min_speed * root_mean_square(speed)).cast<double>();
   };
   Eigen::ArrayXd out = moving(motion.qd.col(joint));
   for (Index motor = 0; motor < structure.rows(); ++motor)
@@ -481,11 +481,11 @@ Eigen::ArrayXd moving_samples(const JointMotion& motion, const MatrixXd& structu
   return out;
 }
 
-void leave_out_rest(const JointMotion& motion, const MatrixXd& structure, double least_speed, JointRows& rows) {
-  if (least_speed == 0.0) return;
+void leave_out_rest(const JointMotion& motion, const MatrixXd& structure, double min_speed, JointRows& rows) {
+  if (min_speed == 0.0) return;
   rows.used.resize(rows.joints());
   for (int i = 0; i < rows.joints(); ++i) {
-    const Eigen::ArrayXd keep = moving_samples(motion, structure, least_speed, i);
+    const Eigen::ArrayXd keep = moving_samples(motion, structure, min_speed, i);
     rows.used[i] = keep.sum();
     rows.tau.col(i).array() *= keep;
     MatrixXd& X = rows.regressors[static_cast<std::size_t>(i)].X;

@@ -31,11 +31,10 @@ struct JointRows {
 /// its RMS speed: about rest and reversal the side of dry friction is that of the noise, and at rest friction is any
 /// force up to its level.
 /// @param structure Of the drives; empty: each joint has its own.
-/// @param least_speed Part of the RMS speed [-]; 0 leaves nothing out.
-void leave_out_rest(const JointMotion& motion, const Eigen::MatrixXd& structure, double least_speed, JointRows& rows);
+/// @param min_speed Part of the RMS speed [-]; 0 leaves nothing out.
+void leave_out_rest(const JointMotion& motion, const Eigen::MatrixXd& structure, double min_speed, JointRows& rows);
 /// 1 for the samples that such a limit keeps for a joint, 0 for the others.
-Eigen::ArrayXd moving_samples(const JointMotion& motion, const Eigen::MatrixXd& structure, double least_speed,
-                              int joint);
+Eigen::ArrayXd moving_samples(const JointMotion& motion, const Eigen::MatrixXd& structure, double min_speed, int joint);
 double root_mean_square(const Eigen::Ref<const Eigen::VectorXd>& values);
 
 struct JointFitOptions {

@@ -61,7 +61,7 @@ PayloadProblem solve_payload(const JointMotion& loaded, const DynamicsRegressor&
     }
   PayloadProblem out;
   out.rows = {regressor.joint_regressors(loaded, columns), columns, loaded.tau - bare, loaded.run_starts, {}};
-  leave_out_rest(loaded, regressor.model().structure, options.least_speed, out.rows);
+  leave_out_rest(loaded, regressor.model().structure, options.min_speed, out.rows);
   out.fit = fit_joint_rows(out.rows, {options.estimator, options.huber, 50, 1e-6});
   return out;
 }
@@ -141,7 +141,7 @@ PayloadResult to_payload(const JointMotion& loaded, const MatrixXd& bare, const 
 void PayloadOptions::validate() const {
   require(estimator == Estimator::Ordinary || estimator == Estimator::Weighted || estimator == Estimator::Robust,
           "estimator: a payload is estimated with ordinary, weighted or robust");
-  require(least_speed >= 0 && least_speed < 1, "least_speed must be at least 0 and below 1 [-]");
+  require(min_speed >= 0 && min_speed < 1, "min_speed must be at least 0 and below 1 [-]");
   require(huber > 0 && std::isfinite(huber), "huber must be positive [standard deviations]");
 }
 

@@ -18,8 +18,8 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr Index harmonic_terms = 3;        // of a harmonic: constant, sine, cosine
-constexpr double least_eigenvalue = 1e-7;  // of the scaled information: some 1.5 degrees of arc
+constexpr Index harmonic_terms = 3;      // of a harmonic: constant, sine, cosine
+constexpr double min_eigenvalue = 1e-7;  // of the scaled information: some 1.5 degrees of arc
 
 using HarmonicRow = Eigen::Matrix<double, 1, harmonic_terms>;
 
@@ -72,7 +72,7 @@ MatrixXd inverse_information(const MatrixXd& own) {
   const MatrixXd information = own.transpose() * own;
   const VectorXd scale = information.diagonal().cwiseSqrt().cwiseInverse();
   const SymmetricEigen eigen = symmetric_eigen(MatrixXd(scale.asDiagonal() * information * scale.asDiagonal()));
-  if (!scale.allFinite() || eigen.values[0] < least_eigenvalue) return {};
+  if (!scale.allFinite() || eigen.values[0] < min_eigenvalue) return {};
   const MatrixXd V = scale.asDiagonal() * eigen.vectors;
   return V * eigen.values.cwiseInverse().asDiagonal() * V.transpose();
 }
@@ -185,7 +185,7 @@ PlanarGravity identify_planar_gravity(const JointMotion& motion, std::span<const
   options.validate();
   motion.validate();
   check_angles(motion, angles);
-  const std::vector<SlowSamples> samples = slow_samples(motion, options.least_speed, options.greatest_speed);
+  const std::vector<SlowSamples> samples = slow_samples(motion, options.min_speed, options.max_speed);
   PlanarGravity out;
   VectorXd found;
   for (std::size_t k = 0; k < angles.size(); ++k) {

@@ -7,24 +7,24 @@
 namespace kr5::identification {
 namespace {
 
-constexpr double least_speed_spread = 0.3;  // of the speeds of a joint, over their mean
-constexpr std::size_t least_slow_rows = 10;
+constexpr double min_speed_spread = 0.3;  // of the speeds of a joint, over their mean
+constexpr std::size_t min_slow_rows = 10;
 
 bool at_several_speeds(const Eigen::VectorXd& speeds) {
   if (speeds.size() == 0) return false;
   const double mean = speeds.mean();
-  return (speeds.array() - mean).matrix().norm() > least_speed_spread * mean * std::sqrt(double(speeds.size()));
+  return (speeds.array() - mean).matrix().norm() > min_speed_spread * mean * std::sqrt(double(speeds.size()));
 }
 
 }  // namespace
 
-std::vector<SlowSamples> slow_samples(const JointMotion& motion, double least_speed, double greatest_speed) {
+std::vector<SlowSamples> slow_samples(const JointMotion& motion, double min_speed, double max_speed) {
   std::vector<SlowSamples> out(static_cast<std::size_t>(motion.joints()));
   for (int j = 0; j < motion.joints(); ++j) out[static_cast<std::size_t>(j)].joint = j;
   for (Eigen::Index k = 0; k < motion.samples(); ++k) {
-    if (motion.qd.row(k).cwiseAbs().maxCoeff() > greatest_speed) continue;
+    if (motion.qd.row(k).cwiseAbs().maxCoeff() > max_speed) continue;
     for (SlowSamples& s : out)
-      if (std::abs(motion.qd(k, s.joint)) >= least_speed) s.rows.push_back(k);
+      if (std::abs(motion.qd(k, s.joint)) >= min_speed) s.rows.push_back(k);
   }
   for (SlowSamples& s : out) {
     Eigen::VectorXd speeds(static_cast<Eigen::Index>(s.rows.size()));
@@ -47,9 +47,9 @@ std::string objection(const JointMotion& motion, const std::vector<SlowSamples>&
     const std::string joint = "joint " + std::to_string(s.joint + 1);
     const auto fitted = static_cast<Eigen::Index>(s.rows.size());
     const Eigen::Index count = fitted - held_out_count(fitted, held_out);
-    if (s.rows.size() < least_slow_rows)
+    if (s.rows.size() < min_slow_rows)
       return joint + " moves slowly in " + std::to_string(s.rows.size()) + " samples only; at least " +
-             std::to_string(least_slow_rows) + " are needed, or none";
+             std::to_string(min_slow_rows) + " are needed, or none";
     Eigen::Index forwards = 0;
     for (Eigen::Index r = 0; r < count; ++r) forwards += motion.qd(s.rows[static_cast<std::size_t>(r)], s.joint) > 0;
     if (forwards == 0 || forwards == count)
@@ -58,7 +58,7 @@ std::string objection(const JointMotion& motion, const std::vector<SlowSamples>&
              "and fro" +
              (held_out > 0 ? ", also in the samples that are not held out" : "");
   }
-  return any ? "" : "no joint moves slowly: every speed is below least_speed or above greatest_speed [rad/s or m/s]";
+  return any ? "" : "no joint moves slowly: every speed is below min_speed or above max_speed [rad/s or m/s]";
 }
 
 }  // namespace kr5::identification

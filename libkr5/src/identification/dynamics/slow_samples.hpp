@@ -15,8 +15,8 @@ struct SlowSamples {
   bool several_speeds = false;  ///< Coulomb and viscous friction can be told apart.
 };
 
-/// One a joint. Samples in which any joint is faster than `greatest_speed` are left out.
-std::vector<SlowSamples> slow_samples(const JointMotion& motion, double least_speed, double greatest_speed);
+/// One a joint. Samples in which any joint is faster than `max_speed` are left out.
+std::vector<SlowSamples> slow_samples(const JointMotion& motion, double min_speed, double max_speed);
 
 /// Number of samples held out, the last of so many.
 Eigen::Index held_out_count(Eigen::Index samples, double part);

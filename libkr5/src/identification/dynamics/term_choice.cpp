@@ -154,14 +154,14 @@ bool surely_negative(const MatrixXd& without) {
 class TermSearch {
  public:
   TermSearch(const DynamicsModel& model, const JointMotion& motion, const JointRows& rows, const MatrixXd& load,
-             int blocks, double least_speed)
+             int blocks, double min_speed)
       : model_(model),
         regressor_(model),
         rows_(rows),
         signals_(static_cast<std::size_t>(model.joints())),
         columns_(rows.size()) {
-    for (int i = 0; i < model.joints(); ++i) collect(motion, load, i, least_speed);
-    products(motion, least_speed, blocks);
+    for (int i = 0; i < model.joints(); ++i) collect(motion, load, i, min_speed);
+    products(motion, min_speed, blocks);
   }
 
   Index blocks() const { return static_cast<Index>(products_.size()); }
@@ -306,13 +306,13 @@ class TermSearch {
   }
 
   /// Columns of every term that the joint may get.
-  void collect(const JointMotion& motion, const MatrixXd& load, int joint, double least_speed) {
+  void collect(const JointMotion& motion, const MatrixXd& load, int joint, double min_speed) {
     Signals& s = signals_[static_cast<std::size_t>(joint)];
     s.joint = joint_signals(motion, load, joint);
     s.motor = motor_signals(model_.structure, motion, load, joint);
     for (JointSignals* one : {&s.joint, &s.motor})
-      one->least_speed = std::max(least_speed * root_mean_square(one->speed.matrix()),
-                                  1.5 * reversal_step(one->speed, runs_of(motion.run_starts, motion.samples())));
+      one->min_speed = std::max(min_speed * root_mean_square(one->speed.matrix()),
+                                1.5 * reversal_step(one->speed, runs_of(motion.run_starts, motion.samples())));
     const JointTerms now = model_.terms.empty() ? JointTerms{} : model_.terms[static_cast<std::size_t>(joint)];
     first_offered_.push_back(columns_);
     const std::vector<FrictionTerm>& table = friction_term_table();
@@ -330,7 +330,7 @@ class TermSearch {
   }
 
   /// Of [X | offered columns | tau] of each joint, in every block.
-  void products(const JointMotion& motion, double least_speed, int blocks) {
+  void products(const JointMotion& motion, double min_speed, int blocks) {
     const auto fixed = column_positions(rows_.regressors, rows_.columns);
     products_.assign(static_cast<std::size_t>(blocks), {});
     for (int i = 0; i < joints(); ++i) {
@@ -344,7 +344,7 @@ class TermSearch {
         own.push_back(o), shares.push_back(share);
         at.push_back(rows_.size() + static_cast<Index>(o));
       }
-      const Eigen::ArrayXd keep = moving_samples(motion, model_.structure, least_speed, i);
+      const Eigen::ArrayXd keep = moving_samples(motion, model_.structure, min_speed, i);
       MatrixXd all(X.rows(), static_cast<Index>(at.size()) + 1);
       all.leftCols(X.cols()) = X;
       for (std::size_t k = 0; k < own.size(); ++k)
@@ -471,10 +471,10 @@ class TermChoice {
 
 std::vector<JointTerms> choose_friction_terms(const DynamicsModel& model, const JointMotion& motion,
                                               const JointRows& rows, const VectorXd& sigma, const MatrixXd& load,
-                                              int blocks, double least_speed) {
+                                              int blocks, double min_speed) {
   std::vector<JointTerms> terms = model.terms;
   terms.resize(static_cast<std::size_t>(model.joints()));
-  TermSearch search(model, motion, rows, load, blocks, least_speed);
+  TermSearch search(model, motion, rows, load, blocks, min_speed);
   search.weigh(sigma.cwiseAbs2());
   TermChoice choice(search, terms);
   while (choice.add()) {

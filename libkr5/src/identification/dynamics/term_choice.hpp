@@ -16,10 +16,10 @@ namespace kr5::identification {
 /// of offers to a joint within a standard error of the best one that with the fewest parameters is taken. What differs
 /// from zero no longer beside a later term is taken away.
 /// @param rows Of the model without further terms; @param sigma Of the residuals of each joint.
-/// @param load Torques through the gears, samples x joints; @param least_speed As in DynamicsOptions, and in `rows`.
+/// @param load Torques through the gears, samples x joints; @param min_speed As in DynamicsOptions, and in `rows`.
 std::vector<JointTerms> choose_friction_terms(const DynamicsModel& model, const JointMotion& motion,
                                               const JointRows& rows, const Eigen::VectorXd& sigma,
-                                              const Eigen::MatrixXd& load, int blocks, double least_speed);
+                                              const Eigen::MatrixXd& load, int blocks, double min_speed);
 
 /// Takes away the most doubtful of the chosen terms, unless the 95 % regions of all lie off zero: blocks that are short
 /// beside the correlation of the residuals do not tell that.

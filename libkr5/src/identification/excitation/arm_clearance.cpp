@@ -57,8 +57,8 @@ std::vector<ArmClearance::Part> ArmClearance::parts(const std::vector<Pose>& fra
 
 /// A point moves by at most the sum over the joints of their ways times its distance from their axes; the distance from
 /// one axis changes only by the joints behind it, so by at most what these move the point.
-double ArmClearance::greatest_way(const Part& part, const std::vector<Pose>& frames, const VectorXd& steps,
-                                  const VectorXd& reach) const {
+double ArmClearance::max_way(const Part& part, const std::vector<Pose>& frames, const VectorXd& steps,
+                             const VectorXd& reach) const {
   double out = 0.0, of_joints_behind = 0.0;
   for (Index j = std::min<Index>(part.link, steps.size() - 1); j >= 0; --j) {
     const auto k = static_cast<std::size_t>(j);
@@ -88,7 +88,7 @@ NearestApproach ArmClearance::along(const JointMotion& states, double enough) co
     frames.insert(frames.begin(), chain_.T_base_0);
     const VectorXd steps = half * states.qd.row(k).transpose().cwiseAbs() + 0.5 * half * half * limits_.acceleration;
     for (const Part& part : parts(frames, q)) {
-      const double taken = part.radius + greatest_way(part, frames, steps, reach);
+      const double taken = part.radius + max_way(part, frames, steps, reach);
       for (const KeepOut& zone : options_.keep_out) {
         const double clearance = zone.distance(part.segment) - taken;
         if (clearance < out.clearance) out = {clearance, name_of_part(part) + " to " + zone.name};

@@ -38,8 +38,8 @@ class ArmClearance {
   /// Of each joint: greatest distance of the arm behind it from its axis [m].
   Eigen::VectorXd reaches() const;
   /// Greatest way of a part while the joints go by at most `steps`.
-  double greatest_way(const Part& part, const std::vector<Pose>& frames, const Eigen::VectorXd& steps,
-                      const Eigen::VectorXd& reach) const;
+  double max_way(const Part& part, const std::vector<Pose>& frames, const Eigen::VectorXd& steps,
+                 const Eigen::VectorXd& reach) const;
   std::string name_of_part(const Part& part) const;
 
   const kinematics::DhChain& chain_;

@@ -61,7 +61,7 @@ void ExcitationOptions::validate() const {
   require(kind != ExcitationKind::Fourier || harmonics >= 2,
           "harmonics must be at least 2, so that a motion can start at rest");
   require(harmonics <= 50, "harmonics must be at most 50");
-  require(least_override > 0 && least_override <= 1, "least_override must be positive and at most 1 [-]");
+  require(min_override > 0 && min_override <= 1, "min_override must be positive and at most 1 [-]");
   require(limit_share > 0 && limit_share <= 1, "limit_share must be positive and at most 1 [-]");
   require(ramp_time > 0 && std::isfinite(ramp_time), "ramp_time must be positive [s]");
   require(torque_noise.size() == 0 || (torque_noise.allFinite() && torque_noise.minCoeff() > 0),

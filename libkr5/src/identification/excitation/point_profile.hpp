@@ -16,10 +16,10 @@ struct ProfileState {
 ProfileState profile_state(ExcitationProfile profile, double u);
 
 /// Greatest speed and acceleration of it.
-constexpr double greatest_speed(ExcitationProfile profile) {
+constexpr double max_speed(ExcitationProfile profile) {
   return profile == ExcitationProfile::Quintic ? 1.875 : 1 / (1 - profile_ramp);
 }
-constexpr double greatest_acceleration(ExcitationProfile profile) {
+constexpr double max_acceleration(ExcitationProfile profile) {
   return profile == ExcitationProfile::Quintic ? 5.7735027 : 1 / (profile_ramp * (1 - profile_ramp));
 }
 

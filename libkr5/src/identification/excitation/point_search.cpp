@@ -51,7 +51,7 @@ class TourSource {
   TourSource(ExcitationProblem& problem, const ExcitationOptions& options, Random& random)
       : problem_(problem), options_(options), random_(random) {}
 
-  double speed_override() { return random_.uniform(options_.least_override, 1.0); }
+  double speed_override() { return random_.uniform(options_.min_override, 1.0); }
 
   ExcitationMotion motion(const VectorXd& from, const VectorXd& to, double time) const {
     ExcitationMotion out{.kind = ExcitationKind::PointToPoint, .profile = options_.profile};
@@ -64,19 +64,19 @@ class TourSource {
   /// All joints start and end together, so the slowest sets the time.
   double time(const VectorXd& from, const VectorXd& to, double override) const {
     const VectorXd way = (to - from).cwiseAbs();
-    const double by_speed = greatest_speed(options_.profile) * way.cwiseQuotient(problem_.limits().speed).maxCoeff();
-    const double by_acceleration = std::sqrt(greatest_acceleration(options_.profile) *
-                                             way.cwiseQuotient(problem_.limits().acceleration).maxCoeff());
+    const double by_speed = max_speed(options_.profile) * way.cwiseQuotient(problem_.limits().speed).maxCoeff();
+    const double by_acceleration =
+        std::sqrt(max_acceleration(options_.profile) * way.cwiseQuotient(problem_.limits().acceleration).maxCoeff());
     return std::max({by_speed / override, by_acceleration / override, 0.02});
   }
 
   /// The time of least length of which the torques are not too great: those of inertia fall with its square. When
   /// weight and friction alone are too great, the time is as it was.
   double slowed_time(const VectorXd& from, const VectorXd& to, double override) const {
-    constexpr double factor = 1.15, greatest_factor = 10.0;
+    constexpr double factor = 1.15, max_factor = 10.0;
     const double first = time(from, to, override);
     if (problem_.limits().torque.size() == 0) return first;
-    for (double t = first; t <= greatest_factor * first; t *= factor)
+    for (double t = first; t <= max_factor * first; t *= factor)
       if (problem_.torque_objection(motion(from, to, t).sampled(considered_interval)).empty()) return t;
     return first;
   }

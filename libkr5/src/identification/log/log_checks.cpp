@@ -19,7 +19,7 @@ namespace kr5::identification {
 
 namespace {
 
-constexpr Index least_rows = 30;         // below which only the clock and missing numbers are judged
+constexpr Index min_rows = 30;           // below which only the clock and missing numbers are judged
 constexpr double even_steps = 0.02;      // of the median step: below that a clock counts as even
 constexpr double few_backward = 0.05;    // share of rows out of order that sorting mends
 constexpr double bridged_gap = 0.01;     // in which an arm does nothing unforeseen [s]
@@ -27,7 +27,7 @@ constexpr double standing_range = 2e-3;  // motion of a joint that counts as non
 constexpr double degrees_per_radian = 180.0 / std::numbers::pi;
 constexpr double derivative_correlation = 0.9;
 constexpr double speed_scale_tolerance = 0.05;
-constexpr double greatest_delay = 0.2;              // that is searched [s]
+constexpr double max_delay = 0.2;                   // that is searched [s]
 constexpr double coldest = -40.0, hottest = 200.0;  // that a drive may be [deg C]
 constexpr double zero_celsius = 273.15;             // [K]
 
@@ -197,7 +197,7 @@ std::string scale_text(double scale) {
 /// @param derivative Of the positions; @param logged Speeds, smoothed alike; both of one run.
 void check_speed_of(const OrderedLog& data, const MatrixXd& derivative, const MatrixXd& logged, Index j,
                     const ConditioningOptions& options, std::vector<LogFinding>& out) {
-  const Index last = data.rows() - 1, most = static_cast<Index>(greatest_delay / data.step);
+  const Index last = data.rows() - 1, most = static_cast<Index>(max_delay / data.step);
   const Alignment own = align_signals(derivative.col(j), logged.col(j), most);
   const std::string name = data.log.qd_name(j);
   const auto add = [&](LogFault fault, LogSeverity severity, double value, const std::string& text) {
@@ -345,7 +345,7 @@ void check_position_channel(OrderedLog& data, Index j, std::vector<LogFinding>& 
     const double length = static_cast<double>(s.size());
     if (length < 10) continue;
     double travelled = 0.0;
-    const Index late = static_cast<Index>(greatest_delay / data.step);  // logged speeds may be late
+    const Index late = static_cast<Index>(max_delay / data.step);  // logged speeds may be late
     if (data.log.qd.size() > 0 && s.size() > late)
       travelled = std::abs(data.log.qd.col(j).segment(s.first + late, s.size() - late).sum()) * data.step;
     if (jumps_after(x, s) || travelled > 0.01) frozen.push_back(s);
@@ -366,7 +366,7 @@ EvenLog even_log(const OrderedLog& data, const ConditioningOptions& options) {
   std::vector<EvenRun> parts;
   Index rows = 0;
   bool even_clock = false;
-  for (const RowRange& run : log_runs(data, longest_step(data, options), least_rows)) {
+  for (const RowRange& run : log_runs(data, longest_step(data, options), min_rows)) {
     parts.push_back(even_run(data, run, options.clock, even_clock));
     out.runs.push_back({rows, rows + parts.back().t.size()});
     rows = out.runs.back().last;
@@ -509,7 +509,7 @@ void check_positions(const OrderedLog& data, const ConditioningOptions& options,
 
 void check_speeds(const OrderedLog& data, const SmoothedLog& smooth, const ConditioningOptions& options,
                   std::vector<LogFinding>& out) {
-  if (data.log.qd.size() == 0 || smooth.longest.size() < least_rows) return;
+  if (data.log.qd.size() == 0 || smooth.longest.size() < min_rows) return;
   const MatrixXd logged = zero_phase_low_pass(data.log.qd.middleRows(smooth.longest.first, smooth.longest.size()),
                                               data.step, smooth.cutoff);
   const MatrixXd derivative = smooth.qd.middleRows(smooth.longest.first, smooth.longest.size());
@@ -543,7 +543,7 @@ LogScan scan_log(const JointLog& log, const ConditioningOptions& options) {
   OrderedLog& data = out.ordered;
   data.log = rows_of(log, ordered_rows(log, keep, out.findings));
   data.faulty.assign(static_cast<std::size_t>(data.rows()), 0);
-  if (data.rows() < least_rows) return out;
+  if (data.rows() < min_rows) return out;
   std::vector<double> steps;
   for (Index i = 1; i < data.rows(); ++i) steps.push_back(data.log.t[i] - data.log.t[i - 1]);
   data.step = median(steps);

@@ -20,7 +20,7 @@ namespace kr5::identification {
 namespace {
 
 constexpr Index shortest_run = 15;          // rows
-constexpr double least_cutoff = 1.0;        // [Hz]
+constexpr double min_cutoff = 1.0;          // [Hz]
 constexpr double arm_bandwidth = 25.0;      // above which an arm's speed has only noise [Hz]
 constexpr double power_share = 0.99;        // of the speeds, below the bandwidth
 constexpr double samples_per_period = 4.0;  // of the cut-off that decimation leaves
@@ -202,7 +202,7 @@ ConditionedMotion condition_log(const JointLog& log, const ConditioningOptions& 
   out.cutoff = options.cutoff > 0
                    ? options.cutoff
                    : std::clamp(5 * motion_bandwidth(data.log.q.middleRows(longest.first, longest.size()), data.step),
-                                std::min(least_cutoff, 0.4 / data.step), 0.4 / data.step);
+                                std::min(min_cutoff, 0.4 / data.step), 0.4 / data.step);
   require(out.cutoff < 0.5 / data.step, "cutoff: found " + short_number(out.cutoff) + " Hz, expected less than " +
                                             short_number(0.5 / data.step) + " Hz, half the rate of the log");
   out.decimation = options.decimation > 0 ? options.decimation

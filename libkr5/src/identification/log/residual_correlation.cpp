@@ -18,8 +18,8 @@ using Eigen::VectorXd;
 using physics::RowRange;
 
 VectorXd autocovariances(const VectorXd& series, const std::vector<RowRange>& runs) {
-  constexpr Index greatest_order = 30, samples_of_order = 20;
-  VectorXd out = VectorXd::Zero(std::min(greatest_order, series.size() / samples_of_order) + 1);
+  constexpr Index max_order = 30, samples_of_order = 20;
+  VectorXd out = VectorXd::Zero(std::min(max_order, series.size() / samples_of_order) + 1);
   for (const RowRange& run : runs)
     for (Index lag = 0; lag < std::min(out.size(), run.size()); ++lag)
       out[lag] += series.segment(run.first, run.size() - lag).dot(series.segment(run.first + lag, run.size() - lag));

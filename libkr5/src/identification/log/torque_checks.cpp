@@ -17,9 +17,9 @@ namespace kr5::identification {
 namespace {
 
 constexpr Index most_regression_rows = 1500;
-constexpr double greatest_torque_delay = 0.2;  // that is searched [s]
-constexpr double clear_gain = 0.65;            // of the residual sum of squares, which a delay must undercut
-constexpr double explained = 0.7;              // of the variance of a torque, below which its clock is not judged
+constexpr double max_torque_delay = 0.2;  // that is searched [s]
+constexpr double clear_gain = 0.65;       // of the residual sum of squares, which a delay must undercut
+constexpr double explained = 0.7;         // of the variance of a torque, below which its clock is not judged
 constexpr double sure_sigmas = 5.0;
 constexpr double shortest_rest = 0.3;  // [s]
 constexpr double resting = 3e-4;       // motion of any joint at rest [rad or m]
@@ -274,7 +274,7 @@ double MotionRegression::leverage(Index row) const {
 void check_torques(OrderedLog& data, const SmoothedLog& smooth, const ConditioningOptions& options,
                    std::vector<LogFinding>& out) {
   check_sizes(data, options, out);
-  const Index most = std::min<Index>(static_cast<Index>(greatest_torque_delay / data.step), data.rows() / 6);
+  const Index most = std::min<Index>(static_cast<Index>(max_torque_delay / data.step), data.rows() / 6);
   std::vector<Index> rows = moving_rows(smooth, most);
   const Index joints = smooth.q.cols();
   if (static_cast<Index>(rows.size()) < 3 * (1 + 4 * joints + joints * (joints + 1) / 2)) return;

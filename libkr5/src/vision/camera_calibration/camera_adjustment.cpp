@@ -9,7 +9,7 @@
 namespace kr5::vision::detail {
 namespace {
 
-constexpr double least_decrease = 1e-8;  // of the cost, relative, at which an adjustment ends
+constexpr double min_decrease = 1e-8;  // of the cost, relative, at which an adjustment ends
 
 Eigen::VectorXd sigmas_of(const Eigen::VectorXd& weights) { return weights.cwiseSqrt().cwiseInverse(); }
 
@@ -63,7 +63,7 @@ void CameraAdjustment::set_weights(const Weights& weights) {
 void CameraAdjustment::minimise() {
   if (!fit_.any_free()) return;  // no view is left
   const fit::Solution result =
-      fit_.solve({.max_iterations = max_iterations_, .cost_tolerance = least_decrease, .uncertainty = false});
+      fit_.solve({.max_iterations = max_iterations_, .cost_tolerance = min_decrease, .uncertainty = false});
   cost_ = result.cost;
   iterations_ += result.fit.iterations;
   converged_ = result.fit.status == FitStatus::Converged;
@@ -97,7 +97,7 @@ ViewPose fit_pose(const CameraProblem& problem, const CameraState& state, std::s
   const fit::FitMeasurement pixels = fit.add(fit::PixelMeasurement(
       fit::PoseChain().then(pose), camera, bent_points(problem.plane, state.shape, v.points), v.pixels, 1.0));
   fit.measurement<fit::PixelMeasurement>(pixels).set_sigmas(sigmas_of(weights));
-  fit.solve({.max_iterations = problem.max_iterations, .cost_tolerance = least_decrease, .uncertainty = false});
+  fit.solve({.max_iterations = problem.max_iterations, .cost_tolerance = min_decrease, .uncertainty = false});
   return {fit.pose(pose), fit.derivatives(pixels)};
 }
 

@@ -20,7 +20,7 @@ namespace kr5::vision {
 namespace {
 
 using namespace detail;
-constexpr double greatest_focal_uncertainty = 0.05;  // relative; beyond it focal length and distance are not separable
+constexpr double max_focal_uncertainty = 0.05;  // relative; beyond it focal length and distance are not separable
 
 std::vector<CameraViewReport> blank_reports(std::span<const View> views) {
   std::vector<CameraViewReport> out(views.size());
@@ -139,8 +139,8 @@ void report_fit(const CameraProblem& problem, const CameraModel& model, const Ro
   if (covariance.size() == 0) return;
   const Eigen::MatrixXd wide = basis * covariance * basis.transpose();
   result.covariance = wide.topLeftCorner<Pinhole::parameter_count, Pinhole::parameter_count>();
-  const bool known = std::sqrt(result.covariance(0, 0)) < greatest_focal_uncertainty * result.camera.fx &&
-                     std::sqrt(result.covariance(1, 1)) < greatest_focal_uncertainty * result.camera.fy;
+  const bool known = std::sqrt(result.covariance(0, 0)) < max_focal_uncertainty * result.camera.fx &&
+                     std::sqrt(result.covariance(1, 1)) < max_focal_uncertainty * result.camera.fy;
   if (known && result.camera.fx > 0 && result.camera.fy > 0 && fit.sigma > 0)
     result.fit.status = fit.adjustment.converged() ? FitStatus::Converged : FitStatus::MaxIterations;
 }

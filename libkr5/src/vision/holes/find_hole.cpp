@@ -32,7 +32,7 @@ HoleDetection not_found(HoleStatus status, const std::string& why) {
 }
 
 /// A rectangle of the plane, drawn square on.
-struct Sheet {
+struct RectifiedPlane {
   Eigen::AlignedBox2d area;  ///< [m]
   double pixel = 0.0;        ///< Width of one of its pixels [m].
 
@@ -68,7 +68,7 @@ Eigen::AlignedBox2d seen_area(const PlaneView& view, double search) {
 }
 
 /// The sheet as the image shows it. Of a much finer image the pixels are averaged first, or edges would be jagged.
-cv::Mat1b draw_square_on(const PlaneView& view, const Sheet& sheet) {
+cv::Mat1b draw_square_on(const PlaneView& view, const RectifiedPlane& sheet) {
   cv::Mat source = cv_view(view.image);
   const double finer = sheet.pixel / view.pixel_at(sheet.area.center());
   const int shrink = std::max(1, static_cast<int>(finer));
@@ -88,7 +88,7 @@ cv::Mat1b draw_square_on(const PlaneView& view, const Sheet& sheet) {
 }
 
 /// Circles on the plane with radii from `low` to `high` [m], best supported first.
-std::vector<PlaneCircle> hough_circles(const cv::Mat1b& drawn, const Sheet& sheet, const HoleOptions& o, double low,
+std::vector<PlaneCircle> hough_circles(const cv::Mat1b& drawn, const RectifiedPlane& sheet, const HoleOptions& o, double low,
                                        double high) {
   std::vector<cv::Vec3f> found;
   cv::HoughCircles(drawn, found, cv::HOUGH_GRADIENT, o.accumulator_pixel, o.pixels_per_radius, o.edge_threshold,
@@ -189,7 +189,7 @@ HoleDetection find_hole(ImageView image, const Pinhole& camera, const Pose& T_ca
   const double height = T_camera_plane.inverse().translation().z();
   if (!(height > options.radius))
     return not_found(HoleStatus::PlaneNotSeen, "the camera stands behind the face; Z of the plane points out of it");
-  const Sheet sheet{seen_area(view, options.search), options.radius / options.pixels_per_radius};
+  const RectifiedPlane sheet{seen_area(view, options.search), options.radius / options.pixels_per_radius};
   if (sheet.area.isEmpty() || sheet.area.sizes().minCoeff() < options.radius)
     return not_found(HoleStatus::PlaneNotSeen,
                      "the image does not show the part of the plane in which the bore may lie");

@@ -19,7 +19,7 @@ MapSolution adjust_map(const MapProblem& p, MapState& state, int max_iterations)
   for (const Pose& T : state.T_camera_map)
     images.push_back(fit.add_nuisance_pose("image" + std::to_string(images.size()), T));
   std::vector<fit::FitMeasurement> seen;
-  for (const Sighting& s : p.sightings)
+  for (const IndexedSighting& s : p.sightings)
     seen.push_back(fit.add(fit::PixelMeasurement(fit::PoseChain()
                                                      .then(images[static_cast<std::size_t>(s.image)])
                                                      .then(markers[static_cast<std::size_t>(s.marker)]),

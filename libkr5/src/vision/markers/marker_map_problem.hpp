@@ -8,7 +8,7 @@
 namespace kr5::vision {
 
 /// One marker seen in one image, by position in the lists of markers and images.
-struct Sighting {
+struct IndexedSighting {
   int image = 0, marker = 0;
   Eigen::Matrix<double, 2, 4> corners;
 };
@@ -17,7 +17,7 @@ struct MapProblem {
   const Pinhole& camera;
   Eigen::Matrix<double, 3, 4> square;
   int images = 0, markers = 0, reference = 0;
-  std::vector<Sighting> sightings;
+  std::vector<IndexedSighting> sightings;
 };
 
 struct MapState {

@@ -24,7 +24,7 @@ struct Starter {
   std::optional<Resection> camera(int image) const {
     Eigen::Matrix3Xd points(3, 0);
     Eigen::Matrix2Xd pixels(2, 0);
-    for (const Sighting& s : p.sightings)
+    for (const IndexedSighting& s : p.sightings)
       if (s.image == image && state.marker_known[at(s.marker)]) {
         points.conservativeResize(3, points.cols() + 4);
         pixels.conservativeResize(2, pixels.cols() + 4);
@@ -43,7 +43,7 @@ struct Starter {
     state.T_map_marker[at(marker)] = T;
     state.marker_known[at(marker)] = true;
     double sum = 0;
-    for (const Sighting& s : p.sightings) {
+    for (const IndexedSighting& s : p.sightings) {
       if (s.marker != marker || known_in(s.image) < 2) continue;
       const auto pose = camera(s.image);
       sum += pose ? pose->rms_px * pose->rms_px : 1e6;
@@ -55,7 +55,7 @@ struct Starter {
 
   int known_in(int image) const {
     int count = 0;
-    for (const Sighting& s : p.sightings) count += s.image == image && state.marker_known[at(s.marker)];
+    for (const IndexedSighting& s : p.sightings) count += s.image == image && state.marker_known[at(s.marker)];
     return count;
   }
 
@@ -65,7 +65,7 @@ struct Starter {
     for (std::size_t i = 0; i < p.sightings.size() && all.size() < 24; ++i) {
       if (p.sightings[i].marker != marker) continue;
       for (std::size_t j = 0; j < p.sightings.size() && all.size() < 24; ++j) {
-        const Sighting& other = p.sightings[j];
+        const IndexedSighting& other = p.sightings[j];
         if (other.image != p.sightings[i].image || !state.marker_known[at(other.marker)]) continue;
         for (const Resection& a : seen[i])
           for (const Resection& b : seen[j])
@@ -78,7 +78,7 @@ struct Starter {
   /// The unknown marker that most images show together with known ones; -1 when none does.
   int next() const {
     std::map<int, int> links;
-    for (const Sighting& s : p.sightings)
+    for (const IndexedSighting& s : p.sightings)
       if (!state.marker_known[at(s.marker)]) links[s.marker] += known_in(s.image);
     int best = -1, most = 0;
     for (const auto& [marker, count] : links)
@@ -91,7 +91,7 @@ struct Starter {
 
 MapState start_map(const MapProblem& p) {
   Starter start{p, {}, {}};
-  for (const Sighting& s : p.sightings) start.seen.push_back(resect(p.square, s.corners, p.camera));
+  for (const IndexedSighting& s : p.sightings) start.seen.push_back(resect(p.square, s.corners, p.camera));
   start.state.T_map_marker.assign(at(p.markers), Pose::Identity());
   start.state.marker_known.assign(at(p.markers), false);
   start.state.T_camera_map.assign(at(p.images), Pose::Identity());

@@ -25,7 +25,7 @@ struct BinScannerOptions {
   double baseline = 0.06;       ///< [m]
   double pitch = 0.0005;        ///< [m]
   double speed = 0.05;          ///< [m/s]
-  double lag = 0.0;             ///< [s]
+  double delay = 0.0;           ///< [s]
   double noise = 5e-5;          ///< [m]
   double grazing = 1.4;         ///< [rad]
   double specular = 0.05;       ///< [rad]
@@ -45,7 +45,7 @@ struct BinScannerOptions {
     visit("baseline", self.baseline, "Distance of the receiver from the laser, along Y of the scanner [m].");
     visit("pitch", self.pitch, "Distance of two profiles along a straight pass [m].");
     visit("speed", self.speed, "Speed of a straight pass [m/s].");
-    visit("lag", self.lag, "Time by which the time stamp of a profile is late [s].");
+    visit("delay", self.delay, "Time by which the time stamp of a profile is late [s].");
     visit("noise", self.noise, "Standard deviation of the range along a ray of the laser [m].");
     visit("grazing", self.grazing,
           "Angle between the normal of a surface and a ray beyond which there is no reading [rad].");
@@ -92,7 +92,7 @@ struct BinScan {
 /// @throws InvalidArgument naming the field.
 ScanPath scan_path(const BinShape& bin, const BinScannerOptions& scanner = {});
 
-/// A profile at each time of a path. A profile with a lag was taken that much earlier, at a pose that is interpolated
+/// A profile at each time of a path. A profile with a delay was taken that much earlier, at a pose that is interpolated
 /// on the path; before its beginning, extrapolated.
 /// @throws InvalidArgument naming the field, or for a path whose times do not increase or do not match its poses.
 BinScan scan_bin(const PelletScene& scene, const ScanPath& path, const BinScannerOptions& scanner = {});

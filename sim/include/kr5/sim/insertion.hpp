@@ -91,7 +91,7 @@ struct PegOutcome {
   Eigen::Vector3d hole = Eigen::Vector3d::Zero();  ///< [m]
   double hole_error = 0.0;                         ///< [m]
   double hole_std = 0.0;                           ///< [m]
-  double greatest_force = 0.0;                     ///< [N]
+  double max_force = 0.0;                          ///< [N]
 
   static void each_field(auto& self, auto&& visit) {
     visit("inserted", self.inserted, "Whether the peg is in the tube, to at least nine tenths of the depth.");
@@ -103,7 +103,7 @@ struct PegOutcome {
     visit("hole", self.hole, "Centre of the face of the tube by the last fit of a profile, in T [m].");
     visit("hole_error", self.hole_error, "Error of the axis of the tube in that fit; NaN: no fit [m].");
     visit("hole_std", self.hole_std, "Standard deviation of the fit in its least certain direction; 0: no fit [m].");
-    visit("greatest_force", self.greatest_force, "Maximum force between grip and peg [N].");
+    visit("max_force", self.max_force, "Maximum force between grip and peg [N].");
   }
 };
 

@@ -150,7 +150,7 @@ struct RemovalOptions {
   double pull = 0.02;         ///< [m]
   double slip = 0.003;        ///< [m]
   double cup_radius = 0.006;  ///< [m]
-  double moved_least = 2e-4;  ///< [m]
+  double min_moved = 2e-4;    ///< [m]
 
   /// @throws InvalidArgument naming the field.
   void validate() const;
@@ -160,7 +160,7 @@ struct RemovalOptions {
     visit("pull", self.pull, "Way along the approach direction, before the gripper goes straight up [m].");
     visit("slip", self.slip, "Lag of the pellet behind the gripper at which the suction cup loses it [m].");
     visit("cup_radius", self.cup_radius, "Radius of the suction cup [m]; with the force, it holds the orientation.");
-    visit("moved_least", self.moved_least, "Shift of a pellet above which it counts as moved [m].");
+    visit("min_moved", self.min_moved, "Shift of a pellet above which it counts as moved [m].");
   }
 };
 
@@ -176,7 +176,7 @@ struct Removal {
   static void each_field(auto& self, auto&& visit) {
     visit("removed", self.removed, "True when the suction cup held; otherwise the pellet fell back into the bin.");
     visit("scene", self.scene, "Bin and pellets afterwards, in the same order, without the one that was removed.");
-    visit("moved", self.moved, "Pellets that shifted more than moved_least; numbers of the scene before.");
+    visit("moved", self.moved, "Pellets that shifted more than min_moved; numbers of the scene before.");
     visit("shift", self.shift, "Shift of the middle of each pellet of the scene before [m]; of the one removed, 0.");
     visit("turn", self.turn, "Turn of the axis of each pellet of the scene before [rad]; of the one removed, 0.");
     visit("state", self.state, "Report of how the pile came to rest.");
