@@ -73,13 +73,27 @@ tidy() {
 }
 
 # Python: one formatter, lint, who imports whom, and types, strictly those of kr5_tools and of what is Python in kr5,
-# against the stubs of its extensions.
+# against the stubs of its extensions; the package as it was installed last.
 check_python() {
   local places=(tools tests bindings/kr5 share/notebooks)
   check "format of the Python files" "$venv/bin/ruff" format --check "${places[@]}"
   check "lint of the Python files" "$venv/bin/ruff" check "${places[@]}"
   check "who imports whom" env PYTHONPATH=tools "$venv/bin/lint-imports"
   check "types of the Python files" "$venv/bin/mypy"
+  check "types of the Python package" "$venv/bin/mypy" -p kr5.files -p kr5.logs -p kr5.models -p kr5.tables
+  check "share of parameters typed Any" "$venv/bin/python" tools/checks/any_share.py
+}
+
+# What `install` puts below a prefix: the command runs, and a project apart diagnoses a log with the library there.
+check_installed() {
+  local prefix=$build/installed consumer=$build/consumer data=$here/share/data/arm_log
+  rm -rf "$prefix" "$consumer"
+  install_to "$prefix" || return
+  "$prefix/bin/kr5" --version || return
+  quietly "$build/log/consumer.txt" cmake -G Ninja -S tests/consumer -B "$consumer" -DCOMPONENT=arm_log \
+    -DCMAKE_BUILD_TYPE=Release -DCMAKE_PREFIX_PATH="$prefix" || return
+  quietly "$build/log/consumer.txt" cmake --build "$consumer" || return
+  "$consumer/consumer" "$data/joint_states.csv" "$data/arm.urdf"
 }
 
 # Runs a part and notes how long it took.
@@ -97,6 +111,7 @@ run_all_tests() {
   timed "C++ tests, optimised" test_preset release
   timed "C++ tests under sanitizers" test_preset asan
   timed "Python package and its tests" test_python
+  timed "installation below a prefix" check "command and C++ package of an installation" check_installed
   timed "Python checks" check_python
   timed "format" check "format of the C++ files" "$python" tools/checks/style.py format
   timed "clang-tidy" check "clang-tidy on changed files" tidy
