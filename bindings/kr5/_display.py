@@ -40,7 +40,7 @@ class Field:
         return re.sub(r"\s*\[[^\]]+\](?=[.;,:]?)", "", self.doc).strip()
 
 
-def fields_of(item: Any) -> list[Field]:
+def fields_of(item: object) -> list[Field]:
     """The fields of a struct in their order; of any other class its properties."""
     named = {
         name: member
@@ -53,15 +53,15 @@ def fields_of(item: Any) -> list[Field]:
     return [Field(name, getattr(item, name), member.__doc__ or "") for name, member in named.items()]
 
 
-def is_struct(item: Any) -> bool:
+def is_struct(item: object) -> bool:
     return hasattr(type(item), "to_dict") and hasattr(type(item), "fields")
 
 
-def is_shown_by_fields(item: Any) -> bool:
+def is_shown_by_fields(item: object) -> bool:
     return hasattr(type(item), "_repr_html_") and type(item).__module__.startswith("kr5.")
 
 
-def as_text(item: Any) -> str:
+def as_text(item: object) -> str:
     """`Name(field=value, ...)`: on one line where it fits, in filled lines where every field is short, else a line a
     field."""
     name = type(item).__name__
@@ -85,7 +85,7 @@ def _indented(part: str) -> str:
     return part.replace("\n", "\n" + " " * column)
 
 
-def value_text(value: Any, depth: int) -> str:
+def value_text(value: object, depth: int) -> str:
     if isinstance(value, np.ndarray):
         return array_text(value)
     if isinstance(value, str):
@@ -102,7 +102,7 @@ def value_text(value: Any, depth: int) -> str:
     return scalar_text(value)
 
 
-def short_fields(item: Any, texts: bool = True) -> Iterable[str]:
+def short_fields(item: object, texts: bool = True) -> Iterable[str]:
     """The fields that say something in a word or a number; without texts, the numbers."""
     for f in fields_of(item):
         if not texts and not isinstance(f.value, int | float):
@@ -117,7 +117,7 @@ def short_fields(item: Any, texts: bool = True) -> Iterable[str]:
             yield f"{f.name}={text if len(text) <= WIDTH and chr(10) not in text else '…'}"
 
 
-def _list_text(values: Sequence[Any], depth: int) -> str:
+def _list_text(values: Sequence[object], depth: int) -> str:
     if not values:
         return "[]"
     kind = type(values[0])
@@ -131,7 +131,7 @@ def _list_text(values: Sequence[Any], depth: int) -> str:
     return "[" + ",\n ".join(value_text(v, depth + 1) for v in values) + "]"
 
 
-def is_enumeration(value: Any) -> bool:
+def is_enumeration(value: object) -> bool:
     return hasattr(type(value), "__members__")
 
 
@@ -139,7 +139,7 @@ def shortened(text: str, length: int) -> str:
     return repr(text) if len(text) <= length else repr(text[:length].rstrip() + " …")
 
 
-def scalar_text(value: Any) -> str:
+def scalar_text(value: object) -> str:
     if isinstance(value, float):
         return f"{value:.6g}"
     if is_enumeration(value):

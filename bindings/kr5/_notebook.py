@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ._display import (
     FEW,
@@ -33,7 +34,7 @@ ANSWERS = ("causes", "checks", "findings", "parameters", "pegs")  # lists that a
 AXES = ("x", "y", "z", "roll", "pitch", "yaw")
 
 
-def as_html(item: Any) -> str:
+def as_html(item: object) -> str:
     """A table of the fields: value, uncertainty, unit, meaning; a verdict and causes first, without empty fields."""
     cls = type(item)
     doc = (cls.__doc__ or "").split("\n", 1)[0]
@@ -41,7 +42,7 @@ def as_html(item: Any) -> str:
     return f"<div>{head}{_verdict(item)}{_table(item)}</div>"
 
 
-def _verdict(item: Any) -> str:
+def _verdict(item: object) -> str:
     fields = {f.name: f.value for f in fields_of(item)}
     if "verdict" in fields:
         text = fields.get("text") or getattr(item, "text", "")  # a field, or sentences made of the fields
@@ -55,7 +56,7 @@ def _verdict(item: Any) -> str:
 COLUMNS = (("field", "left"), ("value", "right"), ("± std", "right"), ("unit", "left"), ("meaning", "left"))
 
 
-def _table(item: Any) -> str:
+def _table(item: object) -> str:
     fields = fields_of(item)
     rows: list[tuple[str, ...]] = []  # as COLUMNS
     answers: list[str] = []  # that stand below a verdict
@@ -85,7 +86,7 @@ def _table(item: Any) -> str:
     return "".join(answers) + table + "".join(blocks)
 
 
-def _is_empty(value: Any) -> bool:
+def _is_empty(value: object) -> bool:
     return value is None or (isinstance(value, str | list | tuple | dict) and not value)
 
 
@@ -162,7 +163,7 @@ def _part_rows(f: Field, std: dict[str, float]) -> list[tuple[str, ...]]:
     ]
 
 
-def _std_cell(std: Any) -> str:
+def _std_cell(std: npt.ArrayLike | None) -> str:
     """Standard deviations with two digits."""
     if std is None:
         return ""
@@ -173,7 +174,7 @@ def _std_cell(std: Any) -> str:
     )
 
 
-def _cell(value: Any, std: Any = None) -> str:
+def _cell(value: object, std: npt.ArrayLike | None = None) -> str:
     """A value as a table shows it; with a standard deviation, with its digits."""
     if value is None:
         return ""
@@ -211,7 +212,7 @@ def _list_block(f: Field) -> str:
     return _folded(f"{f.name} ({len(f.value)})", f.text, table, is_open=f.name in ANSWERS)
 
 
-def _list_cell(value: Any) -> str:
+def _list_cell(value: object) -> str:
     """A value within a row of structs; parameters with their uncertainty."""
     if isinstance(value, list | tuple) and value and is_struct(value[0]):
         if all(hasattr(v, "name") and hasattr(v, "value") for v in value):
@@ -224,7 +225,7 @@ def _list_cell(value: Any) -> str:
     return _cell(value)
 
 
-def _parameter_text(p: Any) -> str:
+def _parameter_text(p: object) -> str:
     std = getattr(p, "std", None)
     text = f"{p.name} {_cell(p.value, std)}"
     if std is not None:

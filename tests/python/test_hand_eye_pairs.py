@@ -179,9 +179,9 @@ def test_pairs_in_the_wrong_order_are_named_with_their_lines(run_kr5, tmp_path):
 
 def test_a_stated_unit_that_cannot_be_is_refused(run_kr5, tmp_path):
     write_csv(tmp_path / "p.csv", *pairs())
-    done = run_kr5("calibrate", "hand-eye", "p.csv", "--mount", "eye_in_hand", "--length", "mm")
-    assert done.returncode == 2 and "--length" in done.stderr
-    done = run_kr5("calibrate", "hand-eye", "p.csv", "--mount", "eye_in_hand", "--length", "cm")
+    done = run_kr5("calibrate", "hand-eye", "p.csv", "--mount", "eye_in_hand", "--length-unit", "mm")
+    assert done.returncode == 2 and "--length-unit" in done.stderr
+    done = run_kr5("calibrate", "hand-eye", "p.csv", "--mount", "eye_in_hand", "--length-unit", "cm")
     assert done.returncode == 2 and "Traceback" not in done.stderr
 
 

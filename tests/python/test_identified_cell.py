@@ -8,7 +8,7 @@ import kr5.predict
 import numpy as np
 import pytest
 
-OPTIONS = ("--no-smooth-torques", "--least-speed", "0.02")  # the arm of the cases pauses
+OPTIONS = ("--no-smooth-torques", "--min-speed", "0.02")  # the arm of the cases pauses
 
 
 @pytest.fixture(scope="module")

@@ -63,8 +63,8 @@ def test_mirrored_scaled_and_shifted_measurements_are_told(tmp_path, chain, run_
     assert "every length is 1.05 times the cell's" in verdict_of(tmp_path, run_kr5, "scaled.csv", *nominal)["text"]
     write(tmp_path / "mm.csv", q, 1e3 * places)
     assert verdict_of(tmp_path, run_kr5, "mm.csv", *nominal)["word"] == "good"  # too large for metres
-    done = run_kr5("identify", "axes", "mm.csv", "--length", "m")
-    assert done.returncode == 2 and "are they in millimetres? (--length mm)" in " ".join(done.stderr.split())
+    done = run_kr5("identify", "axes", "mm.csv", "--length-unit", "m")
+    assert done.returncode == 2 and "are they in millimetres? (--length-unit mm)" in " ".join(done.stderr.split())
     write(tmp_path / "ellipse.csv", q, places * [1.05, 1, 1])
     assert "times its readings" in verdict_of(tmp_path, run_kr5, "ellipse.csv")["text"]
     write(tmp_path / "shifted.csv", q[:-1], places[1:])

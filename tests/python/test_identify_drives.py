@@ -23,7 +23,7 @@ def write(file, columns):
 
 def test_the_books_table_gives_its_ratios_and_goes_into_a_cell(tmp_path, book_table, run_kr5):
     nominal = find_shipped_cell()
-    words = ("identify", "drives", book_table, "--angle", "deg", "--common-zero", "-o", "drives.json")
+    words = ("identify", "drives", book_table, "--angle-unit", "deg", "--common-zero", "-o", "drives.json")
     done = run_kr5(*words, "--cell", nominal, "--write-cell", "cell.yaml")
     assert done.returncode == 0, done.stderr
     data = json.loads((tmp_path / "drives.json").read_text())
@@ -59,7 +59,7 @@ def test_couplings_are_found_and_written(tmp_path, run_kr5):
         ("q1,c1\n1,2\n2,4\n3,6\n", (), "counts_per_turn: needed where no motor angles are given"),
         ("q1,c1\n1,2\n2,4\n3,6\n", ("--counts-per-turn", "x"), "--counts-per-turn: found 'x'"),
         ("q1,m1\n1,90\n", (), "motor 1: 1 readings do not determine its ratio"),
-        ("q1,m1\n1,90\n2,180\n", ("--angle", "grad"), "'grad' is not one of 'rad', 'deg'"),
+        ("q1,m1\n1,90\n2,180\n", ("--angle-unit", "grad"), "'grad' is not one of 'rad', 'deg'"),
     ],
 )
 def test_readings_that_tell_nothing_are_refused(tmp_path, run_kr5, text, words, expected):

@@ -72,7 +72,7 @@ def test_terms_and_estimate_are_chosen_and_told(tmp_path, case, run_kr5):
     done = run_kr5(*command, "chosen.json", "--choose-terms", "--choose-estimate")
     assert done.returncode == 0, done.stderr
     plain, chosen = (json.loads((tmp_path / f"{name}.json").read_text()) for name in ("plain", "chosen"))
-    assert plain["result"]["estimate"]["estimator"] == "weighted" and plain["result"]["estimate"]["least_speed"] == 0
+    assert plain["result"]["estimate"]["estimator"] == "weighted" and plain["result"]["estimate"]["min_speed"] == 0
     # The bodies of the cell are those of the simulated arm, so they help.
     assert chosen["result"]["estimate"]["estimator"] == "consistent"
     assert chosen["held_out"]["total"] < plain["held_out"]["total"]
@@ -123,7 +123,7 @@ def test_a_log_needs_its_arm(tmp_path, case, run_kr5):
     assert done.returncode == 2
 
 
-UNBLURRED = ("--no-smooth-torques", "--least-speed", "0.02")  # friction at its reversals, as the guide has it
+UNBLURRED = ("--no-smooth-torques", "--min-speed", "0.02")  # friction at its reversals, as the guide has it
 
 
 def warming(columns):

@@ -32,7 +32,7 @@ def readings():
 def test_stiffness_and_play_are_found_and_go_into_the_cell(tmp_path, run_kr5, readings):
     in_degrees = {name: v if name.startswith("tau") else np.degrees(v) for name, v in readings.items()}
     write(tmp_path / "readings.csv", in_degrees)
-    words = ("--torque-noise", "1", "--angle", "deg", "--cell", find_shipped_cell(), "--write-cell", "soft.yaml")
+    words = ("--torque-noise", "1", "--angle-unit", "deg", "--cell", find_shipped_cell(), "--write-cell", "soft.yaml")
     done = run_kr5("identify", "elasticity", "readings.csv", *words, "-o", "e.json")
     assert done.returncode == 0, done.stderr
     data = json.loads((tmp_path / "e.json").read_text())
@@ -79,7 +79,7 @@ def test_readings_that_cannot_be_are_refused(tmp_path, run_kr5, readings):
     assert "missing: m1, m2, … (motor angles over the gear ratio; see --columns)" in refused(m1=None, m2=None)
     assert "torque: joint 1 deflects against its torque" in refused(tau1=-readings["tau1"])
     assert "over the gear ratio" in refused(m2=125 * readings["m2"])
-    assert "'grad' is not one of 'rad', 'deg'" in refused("--angle", "grad")
+    assert "'grad' is not one of 'rad', 'deg'" in refused("--angle-unit", "grad")
     assert "--torque-noise: found 'x'" in refused("--torque-noise", "x")
     assert "torque_noise: found 3 values, expected 1 or 2" in refused("--torque-noise", "1,1,1")
     assert "stiffness of 0 of 2 joints determined" in refused("--torque-noise", "50")

@@ -47,7 +47,7 @@ def test_gravity_from_currents_goes_into_the_cell_and_gives_limits(run_kr5, tmp_
     links[2].com = links[2].com + np.array([0.03, 0.0, 0.01])  # what the cell does not know
     q = slow_log(believed, tmp_path / "slow.csv", current=True, links=links)
     done = run_kr5(
-        "identify", "gravity", find_shipped_cell(), "slow.csv", "--greatest-speed", "1", "--write-cell", "new.yaml",
+        "identify", "gravity", find_shipped_cell(), "slow.csv", "--max-speed", "1", "--write-cell", "new.yaml",
         "--contact-force", "400", "-o", "gravity.json",
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
@@ -110,11 +110,13 @@ def test_logs_that_tell_no_gravity_are_refused(run_kr5, tmp_path, believed):
     assert "missing: tau1, tau2, … or i1, i2, … (torques or currents of the joints; see --columns)" in refused(
         "names.csv", text.replace("tau", "load")
     )
-    assert "no joint moves slowly" in refused("fast.csv", text, "--greatest-speed", "0.006")
-    assert "greatest_speed" in refused("speed.csv", text, "--greatest-speed", "0.001")
+    assert "no joint moves slowly" in refused("fast.csv", text, "--max-speed", "0.006")
+    assert "max_speed" in refused("speed.csv", text, "--max-speed", "0.001")
     lines = text.splitlines()
     degrees = [lines[0], *(",".join(str(57.3 * float(v)) for v in line.split(",")) for line in lines[1:])]
-    assert "are they in degrees? (--angle deg)" in refused("degrees.csv", "\n".join(degrees) + "\n", "--angle", "rad")
+    assert "are they in degrees? (--angle-unit deg)" in refused(
+        "degrees.csv", "\n".join(degrees) + "\n", "--angle-unit", "rad"
+    )
     swapped = [lines[0], *lines[1:10], lines[20], *lines[10:]]
     assert "t: expected at least three increasing times" in refused("order.csv", "\n".join(swapped) + "\n")
     stuck = [line.split(",") for line in lines]

@@ -118,12 +118,12 @@ def test_logs_of_a_table_with_other_names_signs_and_units(tmp_path, run_kr5):
         identification.ServoOptions(accepted_std=10),
     ).predicted
     write_csv(tmp_path / "log.csv", ["s", "zd", "z"], [t, -command, -response])
-    data = identified(tmp_path, run_kr5, "servo", "log.csv", "--columns=s,-zd,-z", "--length", "mm")
+    data = identified(tmp_path, run_kr5, "servo", "log.csv", "--columns=s,-zd,-z", "--length-unit", "mm")
     assert data["result"]["path correction"]["gain"] == pytest.approx(1.0, abs=0.01)
     found = identified(tmp_path, run_kr5, "servo", "log.csv", "--columns=s,-zd,-z")
     assert found["figures"] == data["figures"]  # 24 is too large for metres
-    text = refused(run_kr5, "servo", "log.csv", "--columns", "s,zd,z", "--length", "m")
-    assert "in millimetres? (--length mm)" in text
+    text = refused(run_kr5, "servo", "log.csv", "--columns", "s,zd,z", "--length-unit", "m")
+    assert "in millimetres? (--length-unit mm)" in text
 
     depth = np.linspace(-0.25e-3, 0.65e-3, 10)
     pressed = 23380 * np.maximum(depth, 0) + np.random.default_rng(1).normal(0, 0.1, 10)

@@ -72,11 +72,11 @@ def test_units_and_names_of_columns_are_options_and_wrong_ones_are_told(folder, 
     q, places = measured(arm[1], 60, 1)
     write(folder / "other.csv", q, places, 180 / np.pi, 1e3, "joint_{}")
     common = ("calibrate", "kinematics", "other.csv", "--cell", "cell.yaml")
-    done = run_kr5(*common, "--joints", "joint_{}", "--length", "mm", "--angle", "deg", "--json", "out.json")
+    done = run_kr5(*common, "--joints", "joint_{}", "--length-unit", "mm", "--angle-unit", "deg", "--json", "out.json")
     assert done.returncode == 0, done.stderr
     assert json.loads((folder / "out.json").read_text())["result"]["sigma_position"] < 1e-4
-    done = run_kr5(*common, "--joints", "joint_{}", "--angle", "rad")
-    assert done.returncode == 2 and "are they in degrees? (--angle deg)" in done.stderr
+    done = run_kr5(*common, "--joints", "joint_{}", "--angle-unit", "rad")
+    assert done.returncode == 2 and "are they in degrees? (--angle-unit deg)" in done.stderr
     done = run_kr5(*common, "--joints", "joint_{}", "--json", "found.json")
     assert done.returncode == 0, done.stderr
     stated, found = (json.loads((folder / name).read_text())["figures"] for name in ("out.json", "found.json"))
@@ -289,7 +289,7 @@ def test_postures_are_chosen_within_limits_and_measure_more_than_others(tmp_path
     believed, _ = arm
     cell.save_cell(believed, tmp_path / "cell.yaml")
     done = run_kr5(
-        *("calibrate", "postures", "--cell", "cell.yaml", "--count", "15", "--draw", "300", "--angle", "deg"),
+        *("calibrate", "postures", "--cell", "cell.yaml", "--count", "15", "--draw", "300", "--angle-unit", "deg"),
         *("--criterion", "determinant"),
         *("-o", "postures.csv", "--json", "postures.json"),
     )
@@ -446,8 +446,8 @@ def test_measurements_wrong_as_a_whole_are_told_in_words(folder, arm, run_kr5):
     done = run_kr5(*common, "-o", "mm.json")
     assert done.returncode == 0 and "is read in mm" in done.stderr, done.stderr
     assert json.loads((folder / "mm.json").read_text())["verdict"]["word"] == "good"
-    done = run_kr5(*common, "--length", "m")
-    assert done.returncode == 2 and "are they in millimetres? (--length mm)" in " ".join(done.stderr.split())
+    done = run_kr5(*common, "--length-unit", "m")
+    assert done.returncode == 2 and "are they in millimetres? (--length-unit mm)" in " ".join(done.stderr.split())
     assert "1.02 times as far apart" in calibrated(folder, run_kr5, q, 1.02 * places)
     assert "mirrored" in calibrated(folder, run_kr5, q, places * [1, -1, 1])
     text = calibrated(folder, run_kr5, q[1:], places[:-1])

@@ -136,7 +136,7 @@ def tilted(*degrees):
 )
 def test_a_ball_is_found_from_any_start(case, expected, rms, tmp_path, run_kr5):
     source = Path(__file__).parent / "data" / case
-    ball = ("--target", "sphere:0.0125", "--length", "mm", "--profile-length", "mm")
+    ball = ("--target", "sphere:0.0125", "--length-unit", "mm", "--profile-length-unit", "mm")
     done = run_kr5("calibrate", "laser", source, *ball, "-o", "laser.json")
     assert done.returncode == 0, done.stderr
     result = json.loads((tmp_path / "laser.json").read_text())["result"]
@@ -213,7 +213,7 @@ BAD = {
     "truncated": (lambda f: edit(f / "poses.csv", lambda t: t[: len(t) // 2]), "no pose of profile"),
     "text": (lambda f: edit(f / "poses.csv", lambda t: t.replace("0.", "zero", 1)), "expected a number"),
     "nan pose": (lambda f: edit(f / "poses.csv", lambda t: t[: t.rindex(",")] + ",nan\n"), "expected a finite number"),
-    "metres as millimetres": (lambda f: spoil(f, x_scale=1e-3, z_scale=1e-3), "--profile-length mm"),
+    "metres as millimetres": (lambda f: spoil(f, x_scale=1e-3, z_scale=1e-3), "--profile-length-unit mm"),
     "swapped": (lambda f: spoil(f, names=("z", "x")), "are the columns x and z swapped?"),
     "towards": (lambda f: spoil(f, z_scale=-1), "z is negative"),
     "columns": (lambda f: spoil(f, names=("a", "b")), "missing: x (points of a profile; see --columns)"),
@@ -250,17 +250,17 @@ def test_broken_files_are_told_in_words(folder, fault, run_kr5):
 def test_millimetres_are_found_unless_metres_are_stated(folder, run_kr5):
     spoil(folder, x_scale=1e3, z_scale=1e3)
     write_poses(folder / "poses.csv", scaled_poses())
-    stated = ("--profile-length", "mm", "--length", "mm")
+    stated = ("--profile-length-unit", "mm", "--length-unit", "mm")
     found = []
     for words in (stated, ()):
         done = run_kr5("calibrate", "laser", ".", *TARGETS, *words, "-o", "laser.json")
         assert done.returncode == 0, done.stderr
         found.append(json.loads((folder / "laser.json").read_text())["figures"])
     assert found[0] == found[1] and "is read in mm" in done.stderr
-    done = run_kr5("calibrate", "laser", ".", *TARGETS, "--profile-length", "m")
-    assert done.returncode == 2 and "are they in millimetres? (--profile-length mm)" in done.stderr
-    done = run_kr5("calibrate", "laser", ".", *TARGETS, "--length", "m")
-    assert done.returncode == 2 and "is it in millimetres?" in done.stderr and "--length" in done.stderr
+    done = run_kr5("calibrate", "laser", ".", *TARGETS, "--profile-length-unit", "m")
+    assert done.returncode == 2 and "are they in millimetres? (--profile-length-unit mm)" in done.stderr
+    done = run_kr5("calibrate", "laser", ".", *TARGETS, "--length-unit", "m")
+    assert done.returncode == 2 and "is it in millimetres?" in done.stderr and "--length-unit" in done.stderr
 
 
 def test_wrong_targets_are_told(folder, run_kr5):

@@ -94,18 +94,18 @@ def saved(folder, name, arrays):
 
 
 def test_profiles_become_a_cloud_with_the_lag_taken_out(tmp_path):
-    words = ["bin", "simulate", "out", "--pellets", "20", "--lag", "0.02", "--seed", "5", "--noise", "0.00002"]
+    words = ["bin", "simulate", "out", "--pellets", "20", "--delay", "0.02", "--seed", "5", "--noise", "0.00002"]
     assert run(words, tmp_path).returncode == 0
     folder = tmp_path / "out"
     truth = json.loads((folder / "truth.json").read_text())["pellets"]
     with np.load(folder / "cloud.npz") as data:
-        arrays = {k: data[k] for k in ("profile_x", "profile_z", "times", "T_base_flange", "T_flange_scanner", "lag")}
+        arrays = {k: data[k] for k in ("profile_x", "profile_z", "times", "T_base_flange", "T_flange_scanner", "delay")}
     profiles = saved(folder, "profiles.npz", arrays)
     words = ["--bin", "bin.yaml", "--json", "-"]
     corrected = json.loads(run(["pick", profiles, *words], folder).stdout)["pellets"]
-    ignored = json.loads(run(["pick", profiles, "--lag", "0", *words], folder).stdout)["pellets"]
+    ignored = json.loads(run(["pick", profiles, "--delay", "0", *words], folder).stdout)["pellets"]
     stamped = json.loads(run(["pick", "cloud.npz", *words], folder).stdout)["pellets"]
-    assert median_error(ignored, truth) == pytest.approx(0.02 * 0.05, rel=0.25), "the speed of the scan times the lag"
+    assert median_error(ignored, truth) == pytest.approx(0.02 * 0.05, rel=0.25), "the speed of the scan times the delay"
     assert median_error(corrected, truth) < 0.3 * median_error(ignored, truth)
     assert median_error(stamped, truth) == pytest.approx(median_error(ignored, truth), rel=1e-6)
 
@@ -124,7 +124,7 @@ def test_profiles_become_a_cloud_with_the_lag_taken_out(tmp_path):
 def test_damaged_profiles_are_refused_in_words(scanned, change, text):
     folder, _ = scanned
     with np.load(folder / "cloud.npz") as data:
-        arrays = {k: data[k] for k in ("profile_x", "profile_z", "times", "T_base_flange", "T_flange_scanner", "lag")}
+        arrays = {k: data[k] for k in ("profile_x", "profile_z", "times", "T_base_flange", "T_flange_scanner", "delay")}
     for name, value in change.items():
         if value is None:
             del arrays[name]
@@ -138,7 +138,7 @@ def test_damaged_profiles_are_refused_in_words(scanned, change, text):
 def test_a_lag_belongs_to_profiles(scanned):
     folder, _ = scanned
     np.save(folder / "plain.npy", np.zeros((10, 3)))
-    done = run(["pick", "plain.npy", "--bin", "bin.yaml", "--lag", "0.01"], folder)
+    done = run(["pick", "plain.npy", "--bin", "bin.yaml", "--delay", "0.01"], folder)
     assert done.returncode == 2 and "holds no profiles" in done.stderr
 
 
@@ -263,23 +263,23 @@ def test_an_empty_bin_offers_no_pick(tmp_path):
 def test_the_clock_of_the_scanner_is_taken_into_account():
     shape = sim.BinShape(size=[0.12, 0.12, 0.08])
     pile = sim.pour_pellets(shape, sim.PourOptions(pellets=14, width=0.08, seed=5)).scene
-    scanner = sim.BinScannerOptions(lag=0.05, speed=0.1)
+    scanner = sim.BinScannerOptions(delay=0.05, speed=0.1)
     scan = sim.scan_bin(pile, sim.scan_path(shape, scanner), scanner)
     profiles = picking.ProfileScan(
-        times=scan.times, T_base_flange=list(scan.T_base_flange), pose_times=scan.times, lag=0.05
+        times=scan.times, T_base_flange=list(scan.T_base_flange), pose_times=scan.times, delay=0.05
     )
     profiles.x, profiles.z, profiles.T_flange_scanner = scan.x, scan.z, scan.T_flange_scanner
     box = picking.Bin(size=shape.size)
     truth = true_pellets(pile, np.asarray(sim.exposed_shares(pile)), np.asarray(scan.seen))
     corrected = picking.find_pellets(picking.cloud_from_profiles(profiles), box).pellets
-    profiles.lag = 0.0
+    profiles.delay = 0.0
     ignored = picking.find_pellets(picking.cloud_from_profiles(profiles), box).pellets
 
     def count(pellets):
         return sum(right({"centre": p.centre, "axis": p.axis}, truth) is not None for p in pellets)
 
     assert count(corrected) >= 10
-    assert count(ignored) < count(corrected) / 2, "5 mm of lag move everything out of its place"
+    assert count(ignored) < count(corrected) / 2, "5 mm of delay move everything out of its place"
 
 
 def test_a_small_bin_is_emptied_with_a_page_of_every_decision(tmp_path):

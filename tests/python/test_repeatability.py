@@ -138,7 +138,7 @@ def test_input_that_is_no_test_is_refused(run_kr5, tmp_path):
     write(tmp_path / "r.csv", [*returns, ("P3", COMMANDS["P1"])], commanded=False)
     refused("r.csv", words="point P3 has 1 return;")
     write(tmp_path / "r.csv", returns, kuka=True)
-    refused("r.csv", "--length", "m", words="millimetres")
+    refused("r.csv", "--length-unit", "m", words="millimetres")
     refused("r.csv", "--convention", "quaternion", words="missing: qx")
     text = (tmp_path / "r.csv").read_text().splitlines()
     (tmp_path / "r.csv").write_text("\n".join([*text[:3], text[3].replace(",", ",nan,", 1), *text[4:]]) + "\n")

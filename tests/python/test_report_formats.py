@@ -98,7 +98,7 @@ def elasticity(folder):
 
 def gravity(folder):
     slow_log(cell.load_cell(CELL), folder / "slow.csv")
-    return "identify", "gravity", CELL, "slow.csv", "--greatest-speed", "1", "-o", "r.json"
+    return "identify", "gravity", CELL, "slow.csv", "--max-speed", "1", "-o", "r.json"
 
 
 def repeatability(folder):
@@ -157,7 +157,7 @@ MAKERS = {
     ),
     "kr5-axes/1": axes,
     "kr5-drives/1": lambda _: (
-        *("identify", "drives", SHARE / "data/drives/kr5_table_b2.csv", "--angle", "deg", "--common-zero"),
+        *("identify", "drives", SHARE / "data/drives/kr5_table_b2.csv", "--angle-unit", "deg", "--common-zero"),
         *("-o", "r.json"),
     ),
     "kr5-elasticity/1": elasticity,

@@ -166,7 +166,6 @@ def test_over_the_workspace_the_joints_take_all_and_the_lengths_share_the_rest(f
 
 
 def test_the_number_of_workers_changes_nothing(folder, run_kr5):
-    pytest.importorskip("distributed", reason="pip install 'kr5[cluster]'")
     for name, workers in (("one", 1), ("two", 2)):
         done = run_kr5(
             "sensitivity", "model.py:ishigami", "--inputs", "inputs.yaml", *FAST, "--workers", workers, "-o", name

@@ -70,7 +70,7 @@ def drives_case(share):
     angles = [n for n in names if n[0] in "qm"]
     at = [names.index(n) for n in angles]
     rows[:, at] = np.radians(rows[:, at])
-    return Case(["identify", "drives", "FILE", "--angle", "ANGLE", "--common-zero"], names, rows, angles)
+    return Case(["identify", "drives", "FILE", "--angle-unit", "ANGLE", "--common-zero"], names, rows, angles)
 
 
 def elasticity_case(_):
@@ -80,7 +80,9 @@ def elasticity_case(_):
     motor = link + tau / [50e3, 30e3] + random.normal(0, 1e-5, (60, 2))
     names = ["q1", "q2", "m1", "m2", "tau1", "tau2"]
     rows = np.hstack([link, motor, tau])
-    return Case(["identify", "elasticity", "FILE", "--angle", "ANGLE", "--torque-noise", "1"], names, rows, names[:4])
+    return Case(
+        ["identify", "elasticity", "FILE", "--angle-unit", "ANGLE", "--torque-noise", "1"], names, rows, names[:4]
+    )
 
 
 def gravity_case(share):
@@ -94,7 +96,10 @@ def gravity_case(share):
     text = (folder / "slow.csv").read_text().splitlines()
     names, rows = text[0].split(","), np.array([line.split(",") for line in text[1:]], float)
     return Case(
-        ["identify", "gravity", str(file), "FILE", "--angle", "ANGLE"], names, rows, [n for n in names if n[0] == "q"]
+        ["identify", "gravity", str(file), "FILE", "--angle-unit", "ANGLE"],
+        names,
+        rows,
+        [n for n in names if n[0] == "q"],
     )
 
 
@@ -107,7 +112,7 @@ def axes_case(share):
     rows = np.array([[*v, *rpy] for v in q for rpy in [kr5.to_xyzrpy(chain.flange(v))]])
     rows[:, 6:] += np.random.default_rng(1).normal(0, 1e-5, (len(rows), 6))
     names = [*(f"q{k + 1}" for k in range(6)), "x", "y", "z", "roll", "pitch", "yaw"]
-    return Case(["identify", "axes", "FILE", "--angle", "ANGLE"], names, rows, [*names[:6], *names[9:]])
+    return Case(["identify", "axes", "FILE", "--angle-unit", "ANGLE"], names, rows, [*names[:6], *names[9:]])
 
 
 def tool_case(_):
@@ -116,7 +121,7 @@ def tool_case(_):
     for pose in T:
         pose[:3, 3] = [0.8, 0.1, 0.2] - pose[:3, :3] @ tip + np.random.default_rng(3).normal(0, 1e-4, 3)
     return Case(
-        ["calibrate", "tool", "FILE", "--angle", "ANGLE"],
+        ["calibrate", "tool", "FILE", "--angle-unit", "ANGLE"],
         ["x", "y", "z", "roll", "pitch", "yaw"],
         rpy_rows(T),
         ["roll", "pitch", "yaw"],
@@ -133,7 +138,7 @@ def repeatability_case(_):
     random = np.random.default_rng(2)
     T = [kr5.from_xyzrpy([*place, 0.1, 0.2, 0.3]) for place in ([0.5, 0, 0.4], [0.6, 0.3, 0.5])]
     rows = [kr5.to_xyzrpy(T[k % 2] @ kr5.from_xyzrpy(random.normal(0, 5e-5, 6))) for k in range(24)]
-    words = ["repeatability", "FILE", "--angle", "ANGLE"]
+    words = ["repeatability", "FILE", "--angle-unit", "ANGLE"]
     names = ["x", "y", "z", "roll", "pitch", "yaw"]
     return Case(words, names, np.array(rows), names[3:], points=["P one", "P2"] * 12)
 
@@ -158,7 +163,7 @@ def timed_case(_):
     names = ["t", "x", "y", "z", "roll", "pitch", "yaw"]
     seen = np.column_stack([t, rpy_rows(camera)])
     return Case(
-        ["calibrate", "timed", "FILE", "camera.csv", "--angle", "ANGLE"],
+        ["calibrate", "timed", "FILE", "camera.csv", "--angle-unit", "ANGLE"],
         names,
         np.column_stack([t, rpy_rows(hand)]),
         names[4:],
@@ -410,7 +415,7 @@ def test_units_too_large_for_metres_are_found_unless_they_are_stated(tmp_path):
     assert np.allclose(table["command"], [0.5, 1.5])
     assert any("read in mm: 1500 is too large for m" in note for note in table.notes)
     with pytest.raises(
-        kr5.IoError, match=r"command: lengths of up to 1500 m; are they in millimetres\? \(--length mm\)"
+        kr5.IoError, match=r"command: lengths of up to 1500 m; are they in millimetres\? \(--length-unit mm\)"
     ):
         step_table(tmp_path / "log.csv", text, units=Units(length="m"))
     with pytest.raises(kr5.IoError, match="found the unit 'furlong', expected one of m, cm, mm, um"):

@@ -84,11 +84,11 @@ def test_tool_command_reads_kuka_poses_and_writes_a_result(tmp_path, run_kr5):
 
 def test_tool_command_notices_metres_for_millimetres_and_radians_for_degrees(tmp_path, run_kr5):
     write_kuka(tmp_path / "touches.csv", touches(), scale=1e3)
-    done = run_kr5("calibrate", "tool", "touches.csv", "--length", "m", "-o", "tool.json")
-    assert done.returncode == 2 and "--length" in done.stderr
+    done = run_kr5("calibrate", "tool", "touches.csv", "--length-unit", "m", "-o", "tool.json")
+    assert done.returncode == 2 and "--length-unit" in done.stderr
     assert not (tmp_path / "tool.json").exists()
-    done = run_kr5("calibrate", "tool", "touches.csv", "--angle", "rad")
-    assert done.returncode == 2 and "--angle" in done.stderr
+    done = run_kr5("calibrate", "tool", "touches.csv", "--angle-unit", "rad")
+    assert done.returncode == 2 and "--angle-unit" in done.stderr
 
 
 def test_tool_command_says_which_motion_is_missing(tmp_path, run_kr5):
@@ -176,5 +176,5 @@ def test_tool_command_says_what_a_folder_lacks(tmp_path, run_kr5):
     )
     done = run_kr5("calibrate", "tool", "touched")
     assert done.returncode == 2 and "correct the convention" in " ".join(done.stderr.split())
-    done = run_kr5("calibrate", "tool", "touched", "--length", "mm")
-    assert done.returncode == 2 and "--length" in done.stderr and "dataset.yaml" in done.stderr
+    done = run_kr5("calibrate", "tool", "touched", "--length-unit", "mm")
+    assert done.returncode == 2 and "--length-unit" in done.stderr and "dataset.yaml" in done.stderr

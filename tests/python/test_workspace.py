@@ -28,7 +28,7 @@ def test_the_kr5_reaches_what_its_dimensions_say(run_kr5, tmp_path):
     assert data["result"]["reach"] == pytest.approx(0.18 + bent, abs=1e-6)
     assert run_kr5("report", "w.json", "-o", "page.html", "--png", "plots").returncode == 0
     names = {f.stem for f in (tmp_path / "plots").iterdir()}
-    assert names == {"reachable", "dexterity", "least_singular_value", "condition"}
+    assert names == {"reachable", "dexterity", "min_singular_value", "condition"}
     _, flange = run(run_kr5, tmp_path, find_shipped_cell(), "--point", "flange", "--samples", "5000")
     assert flange["result"]["reach"] > data["result"]["reach"]
 

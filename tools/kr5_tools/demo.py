@@ -5,6 +5,7 @@ import shutil
 import subprocess
 import sys
 import time
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Annotated, Any
@@ -153,7 +154,7 @@ def _diagnosis(recording: Path, output: Path) -> list[list[str]]:
     return [["gap", "diagnose", str(recording), *page]]
 
 
-def _is_named(causes: list[dict[str, Any]], truth: dict[str, Any]) -> bool:
+def _is_named(causes: Sequence[Mapping[str, object]], truth: Mapping[str, object]) -> bool:
     """Whether the true effect is the only cause."""
     return [(c["effect"], c["target"]) for c in causes] == [(truth["effect"], truth["target"])]
 
@@ -195,7 +196,7 @@ def _peg_words(result: dict[str, Any]) -> str:
         return f"The worn cell did not insert its peg: {peg['reason']} in {peg['phase']}."
     return (
         "The worn cell inserts its peg into a tube 5 mm from its assumed position, with 0.05 mm of clearance, at"
-        f" attempt {peg['attempts']} after {peg['time']:.1f} s; it presses with {peg['greatest_force']:.0f} N at most."
+        f" attempt {peg['attempts']} after {peg['time']:.1f} s; it presses with {peg['max_force']:.0f} N at most."
     )
 
 

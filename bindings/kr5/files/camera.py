@@ -3,6 +3,7 @@
 import math
 import re
 import xml.etree.ElementTree as xml
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ MAX_SIDE = 1_000_000  # of an image [px]
 FIELDS = ("width", "height", "fx", "fy", "cx", "cy", *LENS)
 
 
-def check_size(camera: Any, file: Path | str, size: tuple[int, int], image: Path | None = None) -> None:
+def check_size(camera: kr5.Pinhole, file: Path | str, size: tuple[int, int], image: Path | None = None) -> None:
     """Complains of a camera file that is not for images of this size (width, height) [px]."""
     if (camera.width, camera.height) != tuple(size):
         whose = f"{image} has" if image else "the images have"
@@ -27,7 +28,7 @@ def check_size(camera: Any, file: Path | str, size: tuple[int, int], image: Path
         )
 
 
-def load_camera(file: Path | str, size: tuple[int, int] | None = None, image: Path | None = None) -> Any:
+def load_camera(file: Path | str, size: tuple[int, int] | None = None, image: Path | None = None) -> kr5.Pinhole:
     """The kr5.Pinhole in a file, for images, or one, of `size` (width, height) [px], which is taken where the file does
     not say it."""
     file = Path(file)
@@ -64,7 +65,7 @@ def _as_yaml(text: str) -> str:
     return re.sub(r"^(\w+):(?=[^\s])", r"\1: ", text, flags=re.MULTILINE)
 
 
-def _from_cell(file: Path, camera: dict[str, Any]) -> dict[str, Any]:
+def _from_cell(file: Path, camera: Mapping[str, object]) -> dict[str, Any]:
     """Short and general form of cell.yaml: distortion as a list k1 k2 p1 p2 k3 ..., or {model, values}."""
     fields = {key: camera[key] for key in FIELDS if key in camera}
     values = camera.get("distortion", [])
@@ -132,7 +133,7 @@ def _from_xml(file: Path, text: str) -> dict[str, Any]:
     return fields
 
 
-def _pinhole(file: Path, fields: dict[str, Any]) -> Any:
+def _pinhole(file: Path, fields: dict[str, Any]) -> kr5.Pinhole:
     for key in ("fx", "fy", "cx", "cy", "width", "height"):
         if fields.get(key) in (None, ""):
             raise kr5.FileError(file, f"{key} is missing; expected {FORMS}")

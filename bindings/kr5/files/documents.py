@@ -120,7 +120,7 @@ def parse_yaml(text: str, source: Path | str, expected: str = "") -> Any:
 
 
 def validate_document(
-    data: Any, model: type[Model], source: Path | str, text: str = "", at: tuple[int | str, ...] = ()
+    data: object, model: type[Model], source: Path | str, text: str = "", at: tuple[int | str, ...] = ()
 ) -> Model:
     """The document as its model. `text`, where it is known, gives the line of a mistake; `at` is where in it the data
     stand."""
@@ -148,7 +148,7 @@ def fail_at(
 class _Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]
     """YAML whose keys stand once, and whose numbers are those of YAML 1.2 (1e-3 is one)."""
 
-    def construct_mapping(self, node: Any, deep: bool = False) -> dict[Any, Any]:
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
         seen = set()
         for key, _ in node.value:
             if isinstance(key, yaml.ScalarNode) and key.tag != "tag:yaml.org,2002:merge":
@@ -213,7 +213,7 @@ def _check_json_depth(text: str) -> None:
             depth -= 1
 
 
-def _unique_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+def _unique_keys(pairs: list[tuple[str, object]]) -> dict[str, Any]:
     out = dict(pairs)
     if len(out) < len(pairs):
         names = [name for name, _ in pairs]
@@ -225,7 +225,7 @@ def _refuse_constant(name: str) -> float:
     raise ValueError(f"{name} is not a number")
 
 
-def _path_in(document: Any, location: tuple[int | str, ...]) -> list[int | str]:
+def _path_in(document: object, location: tuple[int | str, ...]) -> list[int | str]:
     """The location of a mistake without what names a branch of the model and not a place in the data."""
     path: list[int | str] = []
     here = document
@@ -319,7 +319,7 @@ def _expected(error: ErrorDetails) -> str:
     return bound or EXPECTED.get(kind, error["msg"].removeprefix("Input should be "))
 
 
-def display_value(value: Any) -> str:
+def display_value(value: object) -> str:
     """A value as a document says it, cut to one short line."""
     try:
         text = (
@@ -341,7 +341,7 @@ def _fields_at(model: type[BaseModel], path: list[int | str]) -> dict[str, Any]:
     return dict(found.model_fields) if found else {}
 
 
-def _models_in(annotation: Any) -> Iterator[type[BaseModel]]:
+def _models_in(annotation: object) -> Iterator[type[BaseModel]]:
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         yield annotation
     elif get_origin(annotation) not in (list, dict, Literal):
@@ -349,7 +349,7 @@ def _models_in(annotation: Any) -> Iterator[type[BaseModel]]:
             yield from _models_in(argument)
 
 
-def _step_into(annotation: Any, step: int | str) -> Any:
+def _step_into(annotation: object, step: int | str) -> Any:
     for model in _models_in(annotation):
         for key, field in model.model_fields.items():
             if step in (key, field.alias):

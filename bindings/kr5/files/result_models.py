@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 from kr5.files.documents import Document, OpenDocument, PoseMatrix
 
 
-class Verdict(OpenDocument):
+class ResultVerdict(OpenDocument):
     word: Literal["good", "doubtful", "unusable"]
     text: str
 
@@ -93,7 +93,7 @@ class ResultFile(OpenDocument):
     """What a calibration or a detection writes with -o."""
 
     format: str
-    verdict: Verdict | None = None
+    verdict: ResultVerdict | None = None
     causes: list[Cause] = []
     figures: list[Figure] = []
     views: list[View] = []
@@ -193,7 +193,7 @@ class DiagnosisFile(OpenDocument):
     next_experiment: NextExperiment
     nearest: list[dict[str, Any]] = Field([], description="as `kr5.gap.NearestEffect`")
     not_tried: list[dict[str, Any]] = Field([], description="as `kr5.gap.UntriedEffect`")
-    scatter: float = 0.0
+    nuisance_std: float = 0.0
     scope: list[dict[str, Any]] = Field([], description="as `kr5.gap.ScopeLimit`")
     noise: list[dict[str, Any]] = Field([], description="as `kr5.gap.NoiseRatio`")
     clock_faults: list[dict[str, Any]] = Field([], description="as `kr5.gap.ClockFault`")
@@ -361,7 +361,7 @@ class PelletEntry(OpenDocument):
 class PickFile(OpenDocument):
     """What `kr5 pick` writes."""
 
-    verdict: Verdict
+    verdict: ResultVerdict
     figures: list[Figure]
     pellets: list[PelletEntry]
 
@@ -454,7 +454,7 @@ class SensitivityFile(OpenDocument):
     """What `kr5 sensitivity` writes."""
 
     format: str
-    verdict: Verdict
+    verdict: ResultVerdict
     result: SensitivityResult
 
 
@@ -514,7 +514,7 @@ class UncertaintyFile(OpenDocument):
     """What the commands of `kr5 uncertainty` write."""
 
     format: str
-    verdict: Verdict
+    verdict: ResultVerdict
     parts: list[UncertaintyPart] = Field(min_length=1)
     result: dict[str, Any]
 

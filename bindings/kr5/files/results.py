@@ -2,7 +2,7 @@
 
 import datetime
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -62,7 +62,7 @@ SHOWN_BY = {
 }
 
 
-def fail_format(file: Path, found: Any, expected: Iterable[str]) -> NoReturn:
+def fail_format(file: Path, found: object, expected: Iterable[str]) -> NoReturn:
     """Complains of a file of another format, and says what shows it."""
     from kr5.files.documents import display_value
 
@@ -77,7 +77,7 @@ def one_of(names: Iterable[str]) -> str:
     return several[0] if len(several) == 1 else f"one of {', '.join(several)}"
 
 
-def write_result(file: Path | None, format: str, **keys: Any) -> dict[str, Any]:
+def write_result(file: Path | None, format: str, **keys: object) -> dict[str, Any]:
     """Makes a result (`format`, version, created, command, and `keys`), writes it if there is a file, returns it."""
     created = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
     command = " ".join([_program(), *sys.argv[1:]])
@@ -92,7 +92,7 @@ def _program() -> str:
     return "kr5" if name in ("", "__main__.py") else name
 
 
-def write_if_usable(data: dict[str, Any], fit: kr5.FitReport, *files: Path | None) -> None:
+def write_if_usable(data: Mapping[str, object], fit: kr5.FitReport, *files: Path | None) -> None:
     """Writes a result where it is wanted; one that must not be used is told, and no older file is lost for it."""
     if not fit.usable:
         raise kr5.InvalidArgument(fit.message)

@@ -42,7 +42,7 @@ _written: list[Path] = []  # those that this command has put in their places
 _made: list[Path] = []  # folders that this command has made, inner ones last
 
 
-def to_plain(value: Any) -> Any:
+def to_plain(value: object) -> Any:
     """Numbers, texts, lists and dicts only; what JSON cannot write (NaN, infinity) becomes null."""
     if hasattr(value, "to_dict"):
         return to_plain(value.to_dict())
@@ -250,16 +250,18 @@ def write_text(text: str, file: Path | str) -> None:
     write_bytes(text.encode("utf-8", errors="backslashreplace"), file)
 
 
-def write_json(data: Any, file: Path | str | None) -> None:
+def write_json(data: object, file: Path | str | None) -> None:
     """Writes JSON; does nothing without a file."""
     if file is not None:
         write_text(json.dumps(to_plain(data), indent=1, ensure_ascii=False) + "\n", file)
 
 
-def save_figure(figure: Figure, file: Path | str, **settings: Any) -> None:
+def save_figure(
+    figure: Figure, file: Path | str, dpi: float | None = None, metadata: dict[str, str | None] | None = None
+) -> None:
     """A figure of matplotlib, in the format that the ending of the file names."""
     buffer = io.BytesIO()  # a writer of matplotlib that meets a full disk complains of itself instead
-    figure.savefig(buffer, format=Path(file).suffix[1:].lower() or None, **settings)
+    figure.savefig(buffer, format=Path(file).suffix[1:].lower() or None, dpi=dpi, metadata=metadata)
     write_bytes(buffer.getvalue(), file)
 
 

@@ -4,11 +4,12 @@ import xml.etree.ElementTree as xml
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 ROUNDING = 1e-15  # [m, -]
 
 
-def number_text(values: Any) -> str:
+def number_text(values: npt.ArrayLike) -> str:
     """A number, or numbers with blanks between, that read back exactly."""
     return " ".join(repr(float(v) + 0.0).removesuffix(".0") for v in np.atleast_1d(values))
 
@@ -26,7 +27,9 @@ def rounded_pose(T: np.ndarray) -> np.ndarray:
     return np.where(np.abs(T) < ROUNDING, 0.0, T)
 
 
-def add_element(parent: xml.Element, tag: str, text: Any = "", **attributes: Any) -> xml.Element:
+def add_element(
+    parent: xml.Element, tag: str, text: npt.ArrayLike = "", **attributes: npt.ArrayLike | None
+) -> xml.Element:
     """A child with attributes; numbers become text, and what is None is left out."""
     values = {name: v if isinstance(v, str) else number_text(v) for name, v in attributes.items() if v is not None}
     out = xml.SubElement(parent, tag, values)

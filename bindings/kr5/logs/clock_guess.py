@@ -1,6 +1,7 @@
 """The clock of a log: which column tells the time, and in which unit."""
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -88,7 +89,7 @@ def _even_clock(log: Log, rows: int, cycle: float | None, given: dict[str, Any])
     return GuessedClock({"every": step} | given, seconds, f"a row every {step:g} s", why)
 
 
-def _offset(given: dict[str, Any]) -> float:
+def _offset(given: Mapping[str, object]) -> float:
     offset = given.get("offset", 0.0)
     if not isinstance(offset, (int, float)):
         raise kr5.InvalidArgument(f"clock.offset: found {offset!r:.40}, expected a number of seconds")

@@ -4,10 +4,14 @@ import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import kr5
+import kr5.cell
 from kr5.logs.log_file import ENDINGS
+
+if TYPE_CHECKING:
+    from kr5.models.reading import Model
 
 
 @dataclass
@@ -99,7 +103,7 @@ def name_of(inputs: dict[str, Any]) -> str:
     return str(inputs.get("recording", "RECORDING"))
 
 
-def _found(name: Any, beside: Path) -> Path | None:
+def _found(name: object, beside: Path) -> Path | None:
     files = (Path(name), beside / name) if isinstance(name, str) else ()
     return next((file for file in files if file.exists()), None)
 
@@ -130,7 +134,6 @@ def _option_words(options: SourceOptions) -> list[str]:
 
 
 def _open_recording(folder: Path, options: SourceOptions) -> ComparedSource:
-    import kr5.cell
     from kr5 import arm_log
 
     if options.every is not None or options.overrides:
@@ -146,7 +149,7 @@ def _open_recording(folder: Path, options: SourceOptions) -> ComparedSource:
     return out
 
 
-def _described_cell(model: Any, recorded: Any) -> Any:
+def _described_cell(model: "Model", recorded: kr5.cell.Cell) -> kr5.cell.Cell:
     """The robot of a description in the cell of a recording."""
     from kr5 import arm_log
 

@@ -9,14 +9,14 @@ from typing import Any
 class EntryWords:
     by_option: bool = False  # entries are given with --set
 
-    def put(self, key: str, **values: Any) -> str:
+    def put(self, key: str, **values: object) -> str:
         """Entries to be set under a key, such as `unit: deg in columns.q` or `--set columns.q.unit=deg`."""
         if self.by_option:
             return " ".join(f"--set {shlex.quote(f'{key}.{name}={_text(value)}')}" for name, value in values.items())
         entries = ", ".join(f"{name}: {_text(value)}" for name, value in values.items())
         return f"{entries} in {key}" if "." in key else f"{key}: {{{entries}}} in the map"
 
-    def interval(self, every: Any) -> str:
+    def interval(self, every: object) -> str:
         """The interval of even rows [s], as a map or a command takes it."""
         return f"--every {_text(every)}" if self.by_option else self.put("clock", every=every)
 
@@ -24,7 +24,7 @@ class EntryWords:
 IN_MAP = EntryWords()
 
 
-def _text(value: Any) -> str:
+def _text(value: object) -> str:
     if isinstance(value, (list, tuple)):
         return f"[{', '.join(_text(v) for v in value)}]"
     return f"{value:g}" if isinstance(value, float) else str(value)

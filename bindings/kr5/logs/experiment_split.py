@@ -68,7 +68,9 @@ def _split_motions(own: list[int], parts: list[RawPart], reasons: list[list[str]
 
 
 def _motion_of(part: RawPart) -> arm_log.LoggedMotion:
-    out = arm_log.LoggedMotion(t=part.t, q=part.q, commanded=part.commanded, settle=part.settle)
+    out = arm_log.LoggedMotion(t=part.t, commanded=part.commanded, settle=part.settle)
+    if part.q is not None:
+        out.q = part.q
     if part.commands is not None:
         out.command = part.commands
     if part.max_gap is not None:

@@ -1,7 +1,7 @@
 """How the columns of one quantity of the joints are to be read: unit, side of the gears, rows without a number."""
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -67,7 +67,7 @@ def pattern_of(names: list[str]) -> Any:
     return names
 
 
-def joint_values(entry: dict[str, Any], name: str, log: Log, cell: kr5.cell.Cell) -> np.ndarray:
+def joint_values(entry: Mapping[str, object], name: str, log: Log, cell: kr5.cell.Cell) -> np.ndarray:
     """The columns in SI, on the joint side; rows x joints."""
     members = [f"{name}{k + 1}" for k in range(cell.robot.joints)]
     source = read_source(entry, name, members, Path(log.file), ("columns", name), "")
@@ -76,7 +76,7 @@ def joint_values(entry: dict[str, Any], name: str, log: Log, cell: kr5.cell.Cell
     return to_si(source, name, raw, cell, lambda _: None)
 
 
-def _scaled(values: np.ndarray, given: dict[str, Any]) -> np.ndarray:
+def _scaled(values: np.ndarray, given: Mapping[str, object]) -> np.ndarray:
     """What is told by the size of numbers is told of those that the user scales them to."""
     try:
         return np.asarray(values * np.asarray(given.get("scale", 1.0), float) + np.asarray(given.get("offset", 0.0)))

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 import kr5
 
@@ -50,7 +51,7 @@ class Log:
     form: list[str] = field(default_factory=list)  # how a text is written, where it is no plain CSV
     notes: list[str] = field(default_factory=list)  # what was done to the numbers when they were read
 
-    def add(self, name: str, values: Any, stream: str) -> None:
+    def add(self, name: str, values: npt.ArrayLike, stream: str) -> None:
         self.columns[name] = np.asarray(values, float)
         self.streams[name] = stream
 

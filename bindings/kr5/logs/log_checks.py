@@ -14,7 +14,7 @@ from kr5 import arm_log
 from kr5.arm_log import LogProblemKind, LogRemedy
 from kr5.logs.entry_words import EntryWords
 from kr5.logs.joint_columns import range_text
-from kr5.logs.map_file import column_family
+from kr5.logs.map_file import Source, Tool, column_family
 from kr5.logs.values import column_unit, of_motors
 
 FACTOR = 1.6  # a scale within this factor of one that a wrong unit gives is taken for it
@@ -48,7 +48,7 @@ def merged_problems(problems: list[LogProblem]) -> list[LogProblem]:
 
 
 def check_positions(
-    cell: kr5.cell.Cell, experiment: kr5.cell.Experiment, words: EntryWords, sources: Mapping[str, Any]
+    cell: kr5.cell.Cell, experiment: kr5.cell.Experiment, words: EntryWords, sources: Mapping[str, Source | Tool]
 ) -> list[LogProblem]:
     """What speaks against the positions and the clock of an experiment; `words`: how a remedy names entries of its
     map; `sources`: what the map says of its columns."""
@@ -57,13 +57,15 @@ def check_positions(
 
 
 def check_loads(
-    cell: kr5.cell.Cell, experiment: kr5.cell.Experiment, words: EntryWords, sources: Mapping[str, Any]
+    cell: kr5.cell.Cell, experiment: kr5.cell.Experiment, words: EntryWords, sources: Mapping[str, Source | Tool]
 ) -> list[LogProblem]:
     """What speaks against the currents, torques and wrenches of a motion, whose positions are right."""
     return [_told(p, cell, words, sources) for p in arm_log.check_loads(cell, experiment)]
 
 
-def _told(problem: arm_log.LogProblem, cell: Any, words: EntryWords, sources: Mapping[str, Any]) -> LogProblem:
+def _told(
+    problem: arm_log.LogProblem, cell: kr5.cell.Cell, words: EntryWords, sources: Mapping[str, Source | Tool]
+) -> LogProblem:
     """A problem in words, with the entries that correct it."""
     remedy, entries = problem.remedy_text(cell), _entries(problem, cell, words, sources)
     return LogProblem(
@@ -83,7 +85,7 @@ def _columns_text(problem: arm_log.LogProblem) -> str:
     return " and ".join(columns) if len(columns) == 2 else range_text(columns)
 
 
-UNITS = {
+UNITS: dict[LogRemedy, dict[str, object]] = {
     LogRemedy.Degrees: {"unit": "deg"},
     LogRemedy.Radians: {"unit": "rad"},
     LogRemedy.MotorSide: {"side": "motor"},
@@ -97,7 +99,9 @@ UNITS = {
 CLOCKS = {LogRemedy.Milliseconds: "ms", LogRemedy.Microseconds: "us", LogRemedy.Nanoseconds: "ns"}
 
 
-def _entries(problem: arm_log.LogProblem, cell: Any, words: EntryWords, sources: Mapping[str, Any]) -> str:
+def _entries(
+    problem: arm_log.LogProblem, cell: kr5.cell.Cell, words: EntryWords, sources: Mapping[str, Source | Tool]
+) -> str:
     """The entries of the map that a remedy asks for, or the key that it speaks of; none where it asks for no single
     one."""
     columns = list(problem.columns)
@@ -109,7 +113,7 @@ def _entries(problem: arm_log.LogProblem, cell: Any, words: EntryWords, sources:
     if remedy == LogRemedy.ReverseSome:
         return words.put(key, scale=[-1 if c in columns else 1 for c in _channel_of(columns[0], cell)])
     if remedy == LogRemedy.Thousandth:
-        unit = kr5.cell.find_column("motion", columns[0]).unit
+        unit = kr5.cell.find_column(kr5.cell.Kind.Motion, columns[0]).unit
         return words.put(key, unit=THOUSANDTHS[unit]) if column_family(columns[0]) in ("tau", "i") else ""
     if remedy == LogRemedy.PercentOfEffort:
         return words.put(key, scale=[float(f"{x / 100:.6g}") for x in cell.robot.limits.effort])
@@ -123,15 +127,19 @@ def _entries(problem: arm_log.LogProblem, cell: Any, words: EntryWords, sources:
     return key if problem.kind in (LogProblemKind.BeyondLimits, LogProblemKind.UnknownFactor) else ""
 
 
-def _channel_of(column: str, cell: Any) -> list[str]:
+def _channel_of(column: str, cell: kr5.cell.Cell) -> list[str]:
     """The columns of the quantity that one of them shows."""
-    all_columns = kr5.cell.compared_columns("motion", cell.robot.joints)
+    all_columns = kr5.cell.compared_columns(kr5.cell.Kind.Motion, cell.robot.joints)
     channel = next(c.channel for c in all_columns if c.name == column)
     return [c.name for c in all_columns if c.channel == channel]
 
 
 def _convention_entries(
-    cell: Any, reading: arm_log.JointReading, stem: str, words: EntryWords, sources: Mapping[str, Any]
+    cell: kr5.cell.Cell,
+    reading: arm_log.JointReading,
+    stem: str,
+    words: EntryWords,
+    sources: Mapping[str, Any],
 ) -> str:
     """Entries that count the joints as the model does. What was measured on the motors stays as it is: the gears join
     it to joints counted another way."""
@@ -158,7 +166,7 @@ def _tool_columns(experiment: kr5.cell.Experiment, joints: int) -> np.ndarray | 
     return np.column_stack([experiment[c] for c in names]) if names[0] in experiment.data else None
 
 
-def _poses(cell: Any, e: Any, words: EntryWords) -> list[LogProblem]:
+def _poses(cell: kr5.cell.Cell, e: kr5.cell.Experiment, words: EntryWords) -> list[LogProblem]:
     """Tool positions against where the cell puts the tool: another unit, or measured in another frame."""
     n = cell.robot.joints
     q, seen = _tool_columns(e, n), np.column_stack([e[c] for c in "xyz"])

@@ -3,7 +3,7 @@
 import re
 import tempfile
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -39,7 +39,7 @@ class LogRecording:
     best_arm: arm_log.BestArmErrors
 
 
-def record_logs(logs: Sequence[Path], cell: Any, options: LogOptions, described: bool) -> LogRecording:
+def record_logs(logs: Sequence[Path], cell: kr5.cell.Cell, options: LogOptions, described: bool) -> LogRecording:
     """Brings logs in with the cell of the recorded robot. `described`: the cell comes from a description of the robot,
     which states neither drives nor noise."""
     of_map, of_cell = parse_overrides(options.overrides)
@@ -57,7 +57,7 @@ def record_logs(logs: Sequence[Path], cell: Any, options: LogOptions, described:
         map_file.write_text(yaml.safe_dump(guessed.entry, sort_keys=False))
         completed: list[str] = []
 
-        def complete(recording: Any, readings: Readings) -> None:
+        def complete(recording: kr5.cell.Recording, readings: Readings) -> None:
             _require_masses(recording)
             completed.extend(_complete_model(recording, readings, constants_stated))
 
@@ -72,7 +72,7 @@ def record_logs(logs: Sequence[Path], cell: Any, options: LogOptions, described:
     return LogRecording(recording, guessed.entry, guessed.told(), notes, problems, best_arm)
 
 
-def _complete_model(recording: Any, readings: Readings, constants_stated: bool) -> list[str]:
+def _complete_model(recording: kr5.cell.Recording, readings: Readings, constants_stated: bool) -> list[str]:
     """Torque constants and noise that the log tells; notes in words."""
     try:
         recording.cell, notes = arm_log.completed_model(recording, readings, constants_stated)
@@ -81,7 +81,7 @@ def _complete_model(recording: Any, readings: Readings, constants_stated: bool) 
     return [note.text(recording.cell) for note in notes]
 
 
-def _require_masses(recording: Any) -> None:
+def _require_masses(recording: kr5.cell.Recording) -> None:
     loads = any("tau1" in e.data or "i1" in e.data for e in recording.experiments)
     if loads and not recording.cell.robot.links:
         raise kr5.InvalidArgument(
@@ -90,7 +90,7 @@ def _require_masses(recording: Any) -> None:
         )
 
 
-def _best_arm_text(note: arm_log.LogNote, cell: Any, columns: dict[str, Any]) -> str:
+def _best_arm_text(note: arm_log.LogNote, cell: kr5.cell.Cell, columns: Mapping[str, object]) -> str:
     """A note in words, of a delay with the entry that corrects it."""
     said = str(note.text(cell))
     if note.kind != arm_log.LogNoteKind.DelayedLoads:
@@ -109,7 +109,7 @@ def _given(options: LogOptions, of_map: list[Override]) -> GivenEntries:
     return out
 
 
-def _with_overrides(cell: Any, overrides: list[tuple[list[str], Any]]) -> Any:
+def _with_overrides(cell: kr5.cell.Cell, overrides: list[tuple[list[str], object]]) -> kr5.cell.Cell:
     """The cell with single entries replaced; an error names the entry, not a line of a text that no user wrote."""
     data = yaml.safe_load(cell.to_yaml())
     for path, value in overrides:
@@ -122,7 +122,7 @@ def _with_overrides(cell: Any, overrides: list[tuple[list[str], Any]]) -> Any:
     return cell
 
 
-def _shows_nothing(recording: Any) -> bool:
+def _shows_nothing(recording: kr5.cell.Recording) -> bool:
     """Whether no experiment has a column that a model predicts."""
     n = recording.cell.robot.joints
     return not any(c.name in e.data for e in recording.experiments for c in kr5.cell.compared_columns(e.kind, n))

@@ -2,7 +2,7 @@
 
 import difflib
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
@@ -237,7 +237,7 @@ def load_map(file: Path, shown: str | None = None) -> Map:
 
 
 def _check_families(
-    given: dict[str, Any], known: Sequence[str], file: Path, at: tuple[int | str, ...], text: str
+    given: Mapping[str, object], known: Sequence[str], file: Path, at: tuple[int | str, ...], text: str
 ) -> None:
     for name in given:
         if name not in known:
@@ -304,7 +304,7 @@ ALL_FAMILIES = (
 
 
 def read_source(
-    data: Any, name: str, members: list[str], file: Path, at: tuple[int | str, ...], text: str
+    data: object, name: str, members: list[str], file: Path, at: tuple[int | str, ...], text: str
 ) -> Source | Tool:
     """Where a family of columns comes from; `at` is where the map says it."""
     where = f"{file}: {name_of_field(at)}"
@@ -335,7 +335,7 @@ def read_source(
     )
 
 
-def names_of(given: Any, n: int, where: str) -> list[str]:
+def names_of(given: object, n: int, where: str) -> list[str]:
     """Columns of the log, one a member: a list, a pattern with {} (or {0}) to count, or one name for one member."""
     if isinstance(given, list):
         names = [str(g) for g in given]
@@ -354,7 +354,7 @@ def names_of(given: Any, n: int, where: str) -> list[str]:
     return names
 
 
-def _units(given: Any, n: int, where: str, name: str) -> list[str]:
+def _units(given: object, n: int, where: str, name: str) -> list[str]:
     if given is None:
         if name in ("pose", "view", "line", "run", "marker", "corner", "sphere", "qw", "qx", "qy", "qz"):
             return ["-"] * n

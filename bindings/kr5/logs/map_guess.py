@@ -3,7 +3,7 @@ and which parts of it are to fit and which to check."""
 
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -240,7 +240,7 @@ def _report_partial_loads(part: LogPart, given: GivenEntries, out: GuessedMap, n
             out.notes.append(f"{part.log.file.name}: {what} are not used, since those of {names} were not found")
 
 
-def _refuse_two_publishers(log: Log, positions: Any) -> None:
+def _refuse_two_publishers(log: Log, positions: Family | None) -> None:
     for name in positions.columns if positions else ():
         if found_in_turn(np.asarray(log.columns[name])):
             raise kr5.FileError(
@@ -311,7 +311,7 @@ def _use_measured(
     out.because(where, "qc", "measured", why)
 
 
-def _note_others(found: FoundFamilies, columns: dict[str, Any], out: GuessedMap, where: str) -> None:
+def _note_others(found: FoundFamilies, columns: Mapping[str, object], out: GuessedMap, where: str) -> None:
     for name, families in found.families.items():
         unused = families[1:] if name in columns else families if name != "qd" else []
         for family in unused:
@@ -412,7 +412,7 @@ def _raw_part(part: LogPart, columns: dict[str, Any], given: GivenEntries, cell:
 
 
 def _commands_at(
-    t: np.ndarray, part: LogPart, entry: dict[str, Any], cell: kr5.cell.Cell, clock: GuessedClock
+    t: np.ndarray, part: LogPart, entry: Mapping[str, object], cell: kr5.cell.Cell, clock: GuessedClock
 ) -> np.ndarray | None:
     """Commands at the times of the readings, rows x joints; nothing where they have no times."""
     family = part.families.first("qc")

@@ -1,9 +1,9 @@
 """Messages of a log, flattened to columns of numbers."""
 
 import dataclasses
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 
@@ -25,7 +25,7 @@ class MessageTable:
         self.file = file
         self.streams: dict[tuple[str, tuple[str, ...]], dict[str, list[float]]] = {}
 
-    def add(self, topic: str, time: float, message: Any) -> None:
+    def add(self, topic: str, time: float, message: object) -> None:
         values: dict[str, float] = {"log_time": time}
         names: list[str] = []
         _flatten(message, "", values, names)
@@ -98,7 +98,9 @@ def _usable_stamp(values: list[float] | None) -> bool:
     return values is not None and len(set(values[:10])) > min(1, len(values) - 1) and values[0] > 0
 
 
-def _flatten(value: Any, name: str, out: dict[str, float], names: list[str], labels: Any = None) -> None:
+def _flatten(
+    value: object, name: str, out: dict[str, float], names: list[str], labels: Sequence[str] | None = None
+) -> None:
     """Numbers by where they stand. Lists as long as the names of joints that a message lists, on any level of it, are
     told apart by them."""
     if isinstance(value, (bool, int, float, np.number)):
@@ -123,7 +125,7 @@ def _flatten(value: Any, name: str, out: dict[str, float], names: list[str], lab
             _flatten(item, f"{name}[{k}]", out, names, labels)
 
 
-def _fields(value: Any) -> dict[str, Any] | None:
+def _fields(value: object) -> dict[str, Any] | None:
     """What a message is made of; nothing for what is no message."""
     if isinstance(value, dict):
         return value
@@ -134,11 +136,11 @@ def _fields(value: Any) -> dict[str, Any] | None:
     return None
 
 
-def _are_names(value: Any) -> bool:
+def _are_names(value: object) -> bool:
     return _is_list(value) and len(value) > 0 and all(isinstance(v, str) for v in value)
 
 
-def _is_list(value: Any) -> bool:
+def _is_list(value: object) -> TypeGuard[Sequence[object]]:
     return isinstance(value, (list, tuple, np.ndarray)) or type(value).__name__ == "array"
 
 

@@ -66,7 +66,7 @@ def apply_overrides(data: dict[str, Any], overrides: list[Override]) -> None:
             _set(target, path, value)
 
 
-def _set(target: dict[str, Any], path: list[str], value: Any) -> None:
+def _set(target: dict[str, Any], path: list[str], value: object) -> None:
     for key in path[:-1]:
         inner = target.setdefault(key, {})
         if not isinstance(inner, dict):

@@ -2,11 +2,14 @@
 
 import re
 import warnings
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 import kr5
 from kr5 import cell as kr5_cell
@@ -29,7 +32,7 @@ def one_line(error: Exception) -> str:
     return re.sub(r"\s+", " ", str(error)).strip()
 
 
-def pose(position: Any, rotation: Any) -> np.ndarray:
+def pose(position: npt.ArrayLike, rotation: npt.ArrayLike) -> np.ndarray:
     """4x4 of a position and a rotation: 9 numbers row by row, or w x y z."""
     import mujoco
 
@@ -63,7 +66,7 @@ class MjcfArm:
     held: list[str] = field(default_factory=list)  # joints beside the arm
     fusestatic: bool = False  # as the file has it; bodies are looked up without
 
-    def T_base(self, position: Any, rotation: Any) -> np.ndarray:
+    def T_base(self, position: npt.ArrayLike, rotation: npt.ArrayLike) -> np.ndarray:
         """Pose in the base, from one in the world."""
         world = pose(self.data.xpos[self.base_body], self.data.xmat[self.base_body])
         T: np.ndarray = np.linalg.inv(world) @ pose(position, rotation)
@@ -167,7 +170,7 @@ def load_mjcf(file: Path, base: str = "", tip: str = "") -> MjcfArm:
 class _Finder:
     """Finds the bodies and joints of the arm."""
 
-    def __init__(self, file: Path, mujoco: Any, spec: Any, model: Any) -> None:
+    def __init__(self, file: Path, mujoco: ModuleType, spec: Any, model: Any) -> None:
         self.file, self.mujoco, self.spec, self.model = file, mujoco, spec, model
         self.children: dict[int, list[int]] = {}
         for body in range(1, model.nbody):
@@ -369,7 +372,7 @@ def _polynomials(model: Any, joints: list[int], dofs: list[int]) -> list[tuple[s
     return [(key, rows) for key, rows in wanted if hasattr(model, key)]
 
 
-def _listed(names: Any) -> str:
+def _listed(names: Iterable[str]) -> str:
     return ", ".join(name or "unnamed" for name in names)
 
 

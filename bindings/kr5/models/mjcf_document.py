@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 import kr5
+import kr5.kinematics
 from kr5.files.xml_text import number_text, quaternion
 from kr5.models.mjcf_arm import MjcfArm, one_line
 from kr5.models.mjcf_edits import Edits
@@ -155,7 +156,7 @@ class _XmlDocument:
             self._setting("option").set("gravity", number_text(edits.gravity))
         self._move_assets(folder)
 
-    def _put_inertial(self, body: xml.Element, found: Any) -> None:
+    def _put_inertial(self, body: xml.Element, found: kr5.kinematics.Body) -> None:
         for old in body.findall("inertial"):
             _remove(body, old)
         values = {"pos": number_text(found.com), "mass": number_text(found.mass)}

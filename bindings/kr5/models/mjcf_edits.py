@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 import kr5
 import kr5.cell
@@ -57,7 +58,7 @@ def edits_of(arm: MjcfArm, cell: kr5.cell.Cell, springs: np.ndarray) -> Edits:
     return _Planner(arm, cell, now, [np.eye(4), *displaced], springs).run()
 
 
-def alike(a: Any, b: Any) -> bool:
+def alike(a: npt.ArrayLike, b: npt.ArrayLike) -> bool:
     return bool(np.abs(np.asarray(a) - np.asarray(b)).max() <= SAME * max(1.0, float(np.abs(b).max())))
 
 
@@ -72,7 +73,12 @@ def turned_about(point: np.ndarray, direction: np.ndarray, slides: bool, value: 
 
 class _Planner:
     def __init__(
-        self, arm: MjcfArm, cell: kr5.cell.Cell, now: Any, displaced: list[np.ndarray], springs: np.ndarray
+        self,
+        arm: MjcfArm,
+        cell: kr5.cell.Cell,
+        now: kr5_cell.ArmLinks,
+        displaced: list[np.ndarray],
+        springs: np.ndarray,
     ) -> None:
         self.arm, self.cell, self.now, self.springs = arm, cell, now, springs
         self.displaced = [np.eye(4) if alike(T, np.eye(4)) else T for T in displaced]
@@ -153,7 +159,7 @@ class _Planner:
             self.out.bodies[body] = T
             self.out.changes.append(f"body {self._name(body)}: pos, quat")
 
-    def _set(self, k: int, attribute: str, value: Any) -> None:
+    def _set(self, k: int, attribute: str, value: npt.ArrayLike) -> None:
         values = [float(v) + 0.0 for v in np.atleast_1d(value)]
         self.out.joints.setdefault(self.arm.joints[k], {})[attribute] = values
         self.out.changes.append(f"joint {self.arm.names[k]}: {attribute}")
@@ -256,7 +262,7 @@ class _Planner:
         return merged_body(out, transformed_body(T_main @ self.now.T_base_tip @ tool.T_flange_sensor, below))
 
 
-def with_higher_terms(value: float, higher: Any, row: int) -> list[float]:
+def with_higher_terms(value: float, higher: np.ndarray | None, row: int) -> list[float]:
     """A coefficient and those of higher order that the model has, without zeros at the end."""
     values = [value, *(float(v) for v in (higher[row] if higher is not None else ()))]
     while len(values) > 1 and values[-1] == 0:
@@ -264,7 +270,7 @@ def with_higher_terms(value: float, higher: Any, row: int) -> list[float]:
     return values
 
 
-def _alike_bodies(a: Any, b: Any) -> bool:
+def _alike_bodies(a: Body, b: Body) -> bool:
     """Whether two bodies are the same in every torque, to rounding."""
     if a.mass == 0 == b.mass:
         return alike(a.inertia, b.inertia)

@@ -2,7 +2,6 @@
 
 import math
 import xml.etree.ElementTree as xml
-from typing import Any
 
 import numpy as np
 
@@ -44,11 +43,11 @@ def _add_body(parent: xml.Element, name: str, T: np.ndarray) -> xml.Element:
     return add_element(parent, "body", name=name, pos=T[:3, 3], quat=quaternion(T))
 
 
-def _add_inertial(body: xml.Element, found: Any) -> None:
+def _add_inertial(body: xml.Element, found: kr5.kinematics.Body | kr5.cell.Tool) -> None:
     add_element(body, "inertial", pos=found.com, mass=found.mass, **inertial_attributes(found))
 
 
-def _add_joint(body: xml.Element, link: kr5.kinematics.Body, spring: np.ndarray) -> None:
+def _add_joint(body: xml.Element, link: kr5.cell.ArmLink, spring: np.ndarray) -> None:
     bounded = math.isfinite(link.lower) and math.isfinite(link.upper)
     stiffness, rest = spring
     add_element(
@@ -78,7 +77,7 @@ def _add_shape(body: xml.Element, T_body_end: np.ndarray) -> None:
     )
 
 
-def _add_tool(body: xml.Element, T_body_flange: np.ndarray, tool: Any) -> None:
+def _add_tool(body: xml.Element, T_body_flange: np.ndarray, tool: kr5.cell.Tool | None) -> None:
     if tool is not None and tool.mass > 0:
         sensor = _add_body(body, "tool", T_body_flange @ tool.T_flange_sensor)
         _add_inertial(sensor, tool)

@@ -52,7 +52,9 @@ def _add_frame(model: xml.Element, name: str, attached_to: str, T: np.ndarray) -
     _add_pose(add_element(model, "frame", name=name, attached_to=attached_to), T)
 
 
-def _add_link(model: xml.Element, name: str, T: np.ndarray, relative_to: str, body: kr5.kinematics.Body) -> None:
+def _add_link(
+    model: xml.Element, name: str, T: np.ndarray, relative_to: str, body: kr5.kinematics.Body | kr5.cell.Tool
+) -> None:
     link = add_element(model, "link", name=name)
     _add_pose(link, T, relative_to)
     inertial = add_element(link, "inertial")
@@ -72,9 +74,7 @@ def _add_joint(model: xml.Element, name: str, kind: str, parent: str, child: str
     return joint
 
 
-def _add_moving_joint(
-    model: xml.Element, link: kr5.kinematics.Body, parent: str, child: str, spring: np.ndarray
-) -> None:
+def _add_moving_joint(model: xml.Element, link: kr5.cell.ArmLink, parent: str, child: str, spring: np.ndarray) -> None:
     bounded = math.isfinite(link.lower) and math.isfinite(link.upper)
     kind = "prismatic" if str(link.type) == "prismatic" else "revolute" if bounded else "continuous"
     axis = add_element(_add_joint(model, link.joint, kind, parent, child), "axis")

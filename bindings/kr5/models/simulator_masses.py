@@ -1,20 +1,20 @@
 """Masses as simulators take them."""
 
-from typing import Any
-
 import numpy as np
 
 import kr5
+import kr5.cell
+import kr5.kinematics
 from kr5.files.xml_text import quaternion
 from kr5.kinematics import is_real
 
 LEAST_MOMENT = 1e-9  # of the largest, below which rounding may make it negative
 
 
-def require_masses(arm: Any, name: str, simulator: str) -> None:
+def require_masses(arm: kr5.cell.ArmLinks, name: str, simulator: str) -> None:
     """Complains of links that a simulator refuses: each that moves needs a mass and the inertia of a real body.
 
-    arm: `kr5.cell.ArmLinks`; name: of the cell, for the error.
+    name: of the cell, for the error.
     """
     for k, link in enumerate(arm.links):
         least = float(np.linalg.eigvalsh(link.body.inertia_matrix()).min())
@@ -29,8 +29,8 @@ def require_masses(arm: Any, name: str, simulator: str) -> None:
         )
 
 
-def inertial_attributes(body: Any) -> dict[str, np.ndarray]:
-    """Attributes of an MJCF body that hold the inertia of a `kr5.kinematics.Body` about its centre of mass [kg m^2].
+def inertial_attributes(body: kr5.kinematics.Body | kr5.cell.Tool) -> dict[str, np.ndarray]:
+    """Attributes of an MJCF body that hold the inertia of a body about its centre of mass [kg m^2].
 
     MuJoCo refuses a `fullinertia` with a principal moment of zero, as a point mass or a thin rod has, but no
     `diaginertia`, which is stated along the principal axes.

@@ -187,7 +187,7 @@ def _updated_mjcf(
     return text
 
 
-def _accounts(found: Any, kind: Kind) -> tuple[list[FoldedParameter], list[Loss]]:
+def _accounts(found: physics.FoldedCell, kind: Kind) -> tuple[list[FoldedParameter], list[Loss]]:
     """What the model holds, and what is lost."""
     folded, losses = [], []
     for effect in found.folded:
@@ -195,18 +195,18 @@ def _accounts(found: Any, kind: Kind) -> tuple[list[FoldedParameter], list[Loss]
             folded += [FoldedParameter(*row, effect.field) for row in _rows(effect)]
         else:
             losses += [Loss(*row, f"{NAMES[kind]} has no place for {_words(effect.field)}") for row in _rows(effect)]
-    for effect in found.remaining:
+    for left in found.remaining:
         if kind == Kind.CELL:
             continue
-        if kind in SPRUNG and _is_spring(found, effect):
-            folded += [FoldedParameter(*row, "spring of the joint") for row in _rows(effect)]
+        if kind in SPRUNG and _is_spring(found, left):
+            folded += [FoldedParameter(*row, "spring of the joint") for row in _rows(left)]
             continue
-        what = kr5_cell.find_effect(effect.effect).description
-        losses += [Loss(*row, f"{NAMES[kind]} cannot express this: {what}") for row in _rows(effect)]
+        what = kr5_cell.find_effect(left.effect).description
+        losses += [Loss(*row, f"{NAMES[kind]} cannot express this: {what}") for row in _rows(left)]
     return folded, losses
 
 
-def _rows(effect: Any) -> list[tuple[str, str, str, Any, str]]:
+def _rows(effect: physics.FoldedEffect | physics.RemainingEffect) -> list[tuple[str, str, str, Any, str]]:
     units = {p.name: p.unit for p in kr5_cell.find_effect(effect.effect).parameters}
     return [
         (effect.effect, effect.target, name, writing.to_plain(value), units[name])
@@ -218,7 +218,7 @@ def _words(path: str) -> str:
     return next(words for start, words in FIELD_WORDS.items() if path.startswith(start))
 
 
-def _is_spring(found: Any, effect: Any) -> bool:
+def _is_spring(found: physics.FoldedCell, effect: physics.RemainingEffect) -> bool:
     """Whether an effect acts as the spring of a joint, which some formats have."""
     bare = found.cell
     without = bare.effects.to_dict()
@@ -227,7 +227,7 @@ def _is_spring(found: Any, effect: Any) -> bool:
     return not np.array_equal(physics.cable_springs(bare), physics.cable_springs(found.cell))
 
 
-def _notes(found: Any, kind: Kind) -> list[str]:
+def _notes(found: physics.FoldedCell, kind: Kind) -> list[str]:
     """What the model lacks beside the effects; of a cell, which of them stay effects."""
     cell = found.cell
     if kind == Kind.CELL:

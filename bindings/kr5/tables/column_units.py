@@ -16,7 +16,7 @@ SUFFIX = re.compile(r"^(.+)_(rad|deg|degrees|mm|ms|us|ns|mA|Nm|Nmm)$")
 SPELLINGS = {"°": "deg", "degree": "deg", "degrees": "deg", "grad": "deg", "radian": "rad", "radians": "rad"}
 SPELLINGS |= {"sec": "s", "seconds": "s", "N·m": "N m", "N*m": "N m", "N.m": "N m", "N·mm": "N mm", "µs": "us"}
 SPELLINGS |= {"nm": "N m", "nmm": "N mm", "ma": "mA", "a": "A", "n": "N"}
-UNIT_OPTIONS = {"angle": "--angle", "length": "--length"}
+UNIT_OPTIONS = {"angle": "--angle-unit", "length": "--length-unit"}
 FULL = {"deg": "degrees", "mm": "millimetres"}
 PLURAL = {"angle": "angles", "length": "lengths"}
 

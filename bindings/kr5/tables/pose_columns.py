@@ -47,10 +47,10 @@ def add_poses(
         str(log.file), rows, form, position, angle, role.strict, role.guess_units
     )
     usual = calibration.usual_format(_form(form))
-    shown = [str(u) for u, stated, other in _units(read_as, position, angle, usual) if u != other and not stated]
-    if shown:
+    guessed = [u for u, stated, other in _units(read_as, position, angle, usual) if u != other and not stated]
+    if guessed:
         table.notes.append(
-            f"{log.file.name}: {role.prefix}x to {columns[-1]} is read in {' and '.join(shown)}, as the size of the"
+            f"{log.file.name}: {role.prefix}x to {columns[-1]} is read in {' and '.join(guessed)}, as the size of the"
             " numbers tells"
         )
     try:
@@ -69,7 +69,9 @@ def _is_readable(rows: np.ndarray, read_as: calibration.PoseFormat) -> bool:
     return True
 
 
-def _units(read_as: calibration.PoseFormat, position: str | None, angle: str | None, usual: calibration.PoseFormat):
+def _units(
+    read_as: calibration.PoseFormat, position: str | None, angle: str | None, usual: calibration.PoseFormat
+) -> list[tuple[str, str | None, str]]:
     turned = str(read_as.rotation) in ("rotation_vector", "rpy", "kuka_abc")
     out = [(str(read_as.position), position, str(usual.position))]
     return [*out, (str(read_as.angle), angle, str(usual.angle))] if turned else out
@@ -87,8 +89,8 @@ def _columns_of(log: Log, role: PoseRole, search: ColumnSearch, convention: str 
     if form is None:
         if role.needed:
             p = role.prefix
-            named = ", or ".join(" ".join(p + name for name in names) for names in ROTATIONS)
-            wanted = f"{p}x, {p}y, {p}z and an orientation: {named}"
+            spelled = ", or ".join(" ".join(p + name for name in names) for names in ROTATIONS)
+            wanted = f"{p}x, {p}y, {p}z and an orientation: {spelled}"
             raise kr5.IoError(search.missing([wanted], "--convention", role.what))
         return None
     names = [spellings[0] for spellings in calibration.pose_column_names(_form(form))]
@@ -147,7 +149,7 @@ def format_of_rows(
     if objections := calibration.format_objections(rows, stated):
         raise kr5.IoError(
             f"{file}: read as {stated.position}, {form}, {stated.angle}: {'; '.join(objections)}; see --convention,"
-            " --length, --angle"
+            " --length-unit, --angle-unit"
         )
     return stated
 

@@ -127,10 +127,10 @@ def _add_numbers(
     followed = role.follows in table.units and not any(search.name_of(n).unit for n in there)
     if followed:
         rate = "/s" if "turn rate" in role.quantities else ""
-        factor, unit, notes = table.factors[role.follows], table.units[role.follows] + rate, []
+        factor, unit = table.factors[role.follows], table.units[role.follows] + rate
     else:
         factor, unit, notes = unit_of(role, [search.name_of(n) for n in there], raw, units, log.file)
-    table.notes += [f"{log.file.name}: {note}" for note in notes]
+        table.notes += [f"{log.file.name}: {note}" for note in notes]
     values = factor * raw
     table.numbers[role.name] = values if role.counted else values[:, 0]
     table.names[role.name], table.units[role.name], table.factors[role.name] = names, unit, factor

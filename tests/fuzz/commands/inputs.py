@@ -406,7 +406,7 @@ JOBS = [
     ),
     Job(
         "identification",
-        "identify drives readings.csv --angle deg --common-zero -o out.json",
+        "identify drives readings.csv --angle-unit deg --common-zero -o out.json",
         "poses",
         ("readings.csv",),
         ("out.json",),
@@ -476,7 +476,7 @@ JOBS = [
     Job("repeatability", "repeatability returns.csv -o out.json", "poses", ("returns.csv",), ("out.json",), 2),
     Job(
         "gravity",
-        "identify gravity cell.yaml slow.csv --greatest-speed 1 -o out.json",
+        "identify gravity cell.yaml slow.csv --max-speed 1 -o out.json",
         "poses",
         ("slow.csv", "cell.yaml"),
         ("out.json",),

@@ -272,7 +272,9 @@ def _show(result: kr5.vision.CameraCalibration, data: dict[str, Any], out: Conso
     )
 
 
-def _show_peers(result: kr5.vision.CameraCalibration, views: list[Any], size: tuple[int, int], out: Console) -> None:
+def _show_peers(
+    result: kr5.vision.CameraCalibration, views: list[kr5.View], size: tuple[int, int], out: Console
+) -> None:
     lens = "rational8" if str(result.lens) == "radial6" else str(result.lens)
     visp_lens = "none" if lens == "none" else "k1"
     opencv, visp = vision.calibrate_camera_opencv, vision.calibrate_camera_visp

@@ -159,7 +159,7 @@ def calibrate_cell(
         write_cell_file(believed, write_cell)
 
 
-def _put_result(believed: kr5.cell.Cell, result: Any, target: Any) -> None:
+def _put_result(believed: kr5.cell.Cell, result: calibration.CellCalibrationResult, target: kr5.Target) -> None:
     """Arm, camera, target and scanner into the cell; what it has no place for is told."""
     if result.cell.arm.joints:
         believed.robot.dh = result.cell.arm.joints
@@ -174,7 +174,9 @@ def _put_result(believed: kr5.cell.Cell, result: Any, target: Any) -> None:
         print_note("the places of the scanned targets are not written into the cell")
 
 
-def _joints(arm: Path | None, believed: kr5.cell.Cell, columns: TableOptions, data: Any) -> np.ndarray | None:
+def _joints(
+    arm: Path | None, believed: kr5.cell.Cell, columns: TableOptions, data: calibration.Dataset
+) -> np.ndarray | None:
     """Joint values of every image, checked against the robot poses."""
     if not arm:
         return None
@@ -191,7 +193,7 @@ def _joints(arm: Path | None, believed: kr5.cell.Cell, columns: TableOptions, da
     if np.median(off) > MOST_TURN_DIFFERENCE:
         fail(
             f"{arm}: between two stops the arm turns by {np.degrees(np.median(off)):.1f} deg (median) more or less than"
-            " the robot poses say; check the order of the rows, the unit (--angle) and the arm of --cell"
+            " the robot poses say; check the order of the rows, the unit (--angle-unit) and the arm of --cell"
         )
     return q
 
@@ -214,7 +216,13 @@ def _turn(a: np.ndarray, b: np.ndarray) -> float:
     return float(np.arccos(np.clip((np.trace(a[:3, :3].T @ b[:3, :3]) - 1) / 2, -1, 1)))
 
 
-def _keys(result: Any, stops: list[Any], geometry: Any, judged: list[Any], images: list[str]) -> dict[str, Any]:
+def _keys(
+    result: calibration.CellCalibrationResult,
+    stops: list[calibration.CellStop],
+    geometry: calibration.CellGeometry,
+    judged: list[calibration.CellHeldOutView],
+    images: list[str],
+) -> dict[str, Any]:
     poses = [np.asarray(result.cell.arm.flange(s.q)) if result.cell.arm.joints else s.view.T_base_flange for s in stops]
     moved = {
         new.id: new.T_target_marker @ np.linalg.inv(old.T_target_marker)
@@ -245,7 +253,7 @@ def _keys(result: Any, stops: list[Any], geometry: Any, judged: list[Any], image
     }
 
 
-def _in_map(view: Any, moved: dict[int, np.ndarray]) -> Any:
+def _in_map(view: kr5.View, moved: dict[int, np.ndarray]) -> kr5.View:
     """A view with its points where the calibrated map has them."""
     if not moved:
         return view
@@ -256,7 +264,7 @@ def _in_map(view: Any, moved: dict[int, np.ndarray]) -> Any:
     return kr5.View(name=view.name, points=points, pixels=view.pixels, ids=view.ids)
 
 
-def _verdict(result: Any, held_out: dict[str, float]) -> dict[str, str]:
+def _verdict(result: calibration.CellCalibrationResult, held_out: dict[str, float]) -> dict[str, str]:
     if not result.fit.usable:
         return {"word": "unusable", "text": result.fit.message}
     text = f"{len(result.parameters)} parameters from {len(result.views)} stops"
@@ -274,7 +282,7 @@ def _verdict(result: Any, held_out: dict[str, float]) -> dict[str, str]:
     return {"word": "doubtful" if objections else "good", "text": "; ".join([text, *objections])}
 
 
-def _figures(result: Any) -> list[dict[str, Any]]:
+def _figures(result: calibration.CellCalibrationResult) -> list[dict[str, Any]]:
     if not result.fit.usable:
         return []
     in_hand = str(result.mount) == "eye_in_hand"
@@ -298,7 +306,7 @@ def _figures(result: Any) -> list[dict[str, Any]]:
     return rows
 
 
-def _show(result: Any, keys: dict[str, Any], out: Console) -> None:
+def _show(result: calibration.CellCalibrationResult, keys: dict[str, Any], out: Console) -> None:
     print_result(keys, out)
     rows = []
     for p in result.parameters:

@@ -1,5 +1,6 @@
 """Errors of an identified arm on postures that took no part in the fit (`--check`), beside those of the nominal arm."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import kr5
@@ -12,7 +13,7 @@ LEAST_TO_PLACE = 6  # postures by which a device and the measured point are plac
 HELD = 1e-9  # standard deviation of parameters that stay [m or rad]
 
 
-def need_placing(fitted: list[Any], further: list[Any]) -> bool:
+def need_placing(fitted: list[calibration.ArmPosture], further: list[calibration.ArmPosture]) -> bool:
     """Whether the fit does not say where the device, or the point that it measures, is: postures in sockets tell
     nothing of a device, and poses tell nothing of a point. Complains when there are too few postures to tell it."""
     known = {_kind(p) for p in fitted if _kind(p) is not None}
@@ -28,9 +29,9 @@ def need_placing(fitted: list[Any], further: list[Any]) -> bool:
 def judge(
     result: kr5.calibration.KinematicsResult,
     chain: kr5.kinematics.DhChain,
-    fitted: list[Any],
-    further: list[Any],
-    known_distances: list[Any],
+    fitted: list[calibration.ArmPosture],
+    further: list[calibration.ArmPosture],
+    known_distances: list[calibration.SocketDistance],
     options: kr5.calibration.KinematicsOptions,
 ) -> dict[str, Any]:
     """Errors on the further postures [mm]. Base and tool are those of the fit; the nominal arm gets its own from the
@@ -59,7 +60,7 @@ def judge(
     }
 
 
-def held_out_text(held_out: dict[str, Any]) -> str:
+def held_out_text(held_out: Mapping[str, object]) -> str:
     """Part of a verdict."""
     where = ", on which device and measured point were placed," if held_out["placed_on_them"] else ""
     return (

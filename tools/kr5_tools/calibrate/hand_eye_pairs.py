@@ -36,10 +36,10 @@ def refuse_image_options(dataset: Path | None, camera: Path | None, target: str 
         )
 
 
-def refuse_pair_options(*values: Any) -> None:
+def refuse_pair_options(*values: object) -> None:
     """Complains of what only pairs of poses can use."""
     meanings = ("--camera-poses", "--robot-meaning", "--camera-meaning")
-    names = (*meanings, "--columns", "--convention", "--length", "--angle", "--sigma-camera-rotation")
+    names = (*meanings, "--columns", "--convention", "--length-unit", "--angle-unit", "--sigma-camera-rotation")
     if flags := [flag for flag, value in zip(names, values, strict=True) if value]:
         raise kr5.InvalidArgument(
             f"{', '.join(flags)}: only with a file of pairs of poses; a folder says its convention in dataset.yaml"
@@ -52,9 +52,9 @@ def calibrate_pairs(
     mount: str | None,
     meaning: tuple[str | None, str | None],
     wanted: TableOptions,
-    options: Any,
+    options: calibration.HandEyeOptions,
     sigma_camera_rotation: float,
-    judging: Any,
+    judging: calibration.HandEyeDiagnosisOptions,
     output: Path | None,
     json_file: Path | None,
     believed: kr5.cell.Cell,
@@ -144,7 +144,13 @@ def _choose_reading(data: PosePairs, robot: str | None, camera: str | None) -> t
     return calibration.read_pairs(pairs, best), f"{data.convention.meaning} and {seen}, as the data show"
 
 
-def _keys(data: PosePairs, pairs: list[Any], result: Any, options: Any, judging: Any) -> dict[str, Any]:
+def _keys(
+    data: PosePairs,
+    pairs: list[calibration.PosePair],
+    result: calibration.HandEyeResult,
+    options: calibration.HandEyePairsOptions,
+    judging: calibration.HandEyeDiagnosisOptions,
+) -> dict[str, Any]:
     with spinner("Searching for faults of the recording"):
         diagnosis = calibration.diagnose_hand_eye_pairs(
             data.rows, data.convention, data.T_camera_target, data.mount, result, data.names, data.times, judging

@@ -1,5 +1,6 @@
 """What is told of a hand-eye calibration, whether it was made from images or from pairs of poses."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -40,7 +41,7 @@ def predict_target(
 def frames_of(
     result: kr5.calibration.HandEyeResult | kr5.calibration.CellCalibrationResult,
     poses: list[np.ndarray],
-    views: list[Any],
+    views: Sequence[kr5.calibration.HandEyeViewReport | kr5.View],
 ) -> list[dict[str, Any]]:
     hand, base = ("camera", "target") if in_hand(result) else ("target", "camera")
     placed = {"camera": result.T_mount_camera, "target": result.T_fixed_target}

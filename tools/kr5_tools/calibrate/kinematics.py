@@ -1,10 +1,12 @@
 """`kr5 calibrate kinematics`: the arm's true Denavit-Hartenberg parameters from measured postures."""
 
+from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
 
 import kr5.cell
+import kr5.kinematics
 import numpy as np
 import typer
 from kr5 import calibration, cell
@@ -13,7 +15,7 @@ from kr5.files.writing import check_writable
 from kr5.tables.options import TableOptions
 
 from kr5_tools.calibrate.further_postures import held_out_text, judge, need_placing
-from kr5_tools.calibrate.posture_checks import posture_doubts, require_motion
+from kr5_tools.calibrate.posture_checks import posture_warnings, require_motion
 from kr5_tools.calibrate.postures import read_postures, read_socket, recorded_postures
 from kr5_tools.calibrate.recorded_arm import (
     CameraCheck,
@@ -157,10 +159,10 @@ def calibrate_kinematics(
     if elasticity:
         add_torques(further, believed)
     held_out = judge(result, chain, seen, further, distances, options) if result.fit.usable else {}
-    doubts = posture_doubts(chain, seen, result)
+    warnings = posture_warnings(chain, seen, result)
     if not result.fit.usable:
-        result.fit.message = "; ".join([*doubts, result.fit.message])  # what is wrong with the rows comes first
-    keys = _keys(result, doubts, held_out, camera_check, postures, cell_file)
+        result.fit.message = "; ".join([*warnings, result.fit.message])  # what is wrong with the rows comes first
+    keys = _keys(result, warnings, held_out, camera_check, postures, cell_file)
     out = console(json_file)
     _show(result, keys, out)
     written = write_result(None, "kr5-kinematics/1", **keys)
@@ -179,7 +181,7 @@ def _cell(cell_file: Path | None, recording: kr5.cell.Recording | None) -> Any:
 
 
 def _complete(
-    options: Any,
+    options: calibration.KinematicsOptions,
     believed: kr5.cell.Cell,
     known_base: bool,
     known_tool: bool,
@@ -210,8 +212,8 @@ def _distance(text: str) -> Any:
 
 
 def _fit_postures(
-    postures: Path | None, recording: kr5.cell.Recording | None, chain: Any, wanted: TableOptions
-) -> list[Any]:
+    postures: Path | None, recording: kr5.cell.Recording | None, chain: kr5.kinematics.DhChain, wanted: TableOptions
+) -> list[calibration.ArmPosture]:
     if not postures:
         return []
     if not recording:
@@ -222,17 +224,17 @@ def _fit_postures(
 
 
 def _check_postures(
-    recording: kr5.cell.Recording | None, check: Path | None, chain: Any, wanted: TableOptions
-) -> list[Any]:
+    recording: kr5.cell.Recording | None, check: Path | None, chain: kr5.kinematics.DhChain, wanted: TableOptions
+) -> list[calibration.ArmPosture]:
     if check:
         return _fit_postures(check, cell.load_recording(check) if check.is_dir() else None, chain, wanted)
     return recorded_postures(recording, "check", len(chain.joints)) if recording else []
 
 
 def _keys(
-    result: Any,
-    doubts: list[str],
-    held_out: dict[str, Any],
+    result: calibration.KinematicsResult,
+    warnings: list[str],
+    held_out: Mapping[str, object],
     camera_check: CameraCheck | None,
     postures: Path | None,
     cell_file: Path | None,
@@ -254,7 +256,7 @@ def _keys(
         frames.append({"name": f"link {k + 1}", "parent": parent, "T": np.linalg.inv(before) @ T})
     return {
         "input": {"postures": str(postures or ""), "cell": str(cell_file or "")},
-        "verdict": _verdict(result, doubts, held_out, camera_check),
+        "verdict": _verdict(result, warnings, held_out, camera_check),
         "figures": figures,
         "views": views,
         "frames": frames,
@@ -265,7 +267,10 @@ def _keys(
 
 
 def _verdict(
-    result: Any, doubts: list[str], held_out: dict[str, Any], camera_check: CameraCheck | None
+    result: calibration.KinematicsResult,
+    warnings: list[str],
+    held_out: Mapping[str, object],
+    camera_check: CameraCheck | None,
 ) -> dict[str, str]:
     if not result.fit.usable:
         return {"word": "unusable", "text": result.fit.message}
@@ -279,7 +284,7 @@ def _verdict(
         text += f"; {held_out_text(held_out)}"
     if camera_check:
         text += f"; {camera_check.text}"
-    objections = list(doubts)
+    objections = list(warnings)
     if outliers := [p.name for p in result.postures if p.outlier]:
         objections.append(f"left out because they contradict the others: {', '.join(outliers)}")
     if held_out and held_out["mean_mm"] > 3 * max(after, 1e-6):
@@ -287,7 +292,7 @@ def _verdict(
     return {"word": "doubtful" if objections else "good", "text": "; ".join([text, *objections])}
 
 
-def _show(result: Any, data: dict[str, Any], out: Console) -> None:
+def _show(result: calibration.KinematicsResult, data: Mapping[str, object], out: Console) -> None:
     print_result({**data, "figures": []}, out)
     rows, hidden = [], 0
     for c in result.coordinates:

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 import kr5
 import kr5.calibration
 import kr5.cell
+import kr5.kinematics
 import numpy as np
 import typer
 from kr5 import calibration, cell
@@ -69,7 +70,10 @@ def calibrate_laser(
     length: LengthUnit = None,
     profile_length: Annotated[
         Literal["m", "mm"] | None,
-        typer.Option(help="Unit of x and z of the profiles; by default as names or numbers show, else m."),
+        typer.Option(
+            "--profile-length-unit",
+            help="Unit of x and z of the profiles; by default as names or numbers show, else m.",
+        ),
     ] = None,
     angle: AngleUnit = None,
     delay: Annotated[float, typer.Option(help="Time by which the stamps of the profiles are late \\[s].")] = 0.0,
@@ -160,7 +164,7 @@ def _listed(names: list[str]) -> str:
     return ", ".join(names[:MOST_LISTED]) + (f" and {more} more" if more > 0 else "")
 
 
-def _arm(refine: bool, believed: kr5.cell.Cell | None, data: Any) -> Any:
+def _arm(refine: bool, believed: kr5.cell.Cell | None, data: laser_data.ScanData) -> kr5.kinematics.DhChain | None:
     if not refine:
         return None
     if believed is None:
@@ -173,7 +177,7 @@ def _arm(refine: bool, believed: kr5.cell.Cell | None, data: Any) -> Any:
     return chain
 
 
-def _check_direction(data: Any, targets: list[Any], shown: int) -> None:
+def _check_direction(data: laser_data.ScanData, targets: list[calibration.ScanTarget], shown: int) -> None:
     """Refuses ranges that count towards the scanner. Those of a scanner that counts from its middle may be negative,
     too, but then a tip or a ball still stands out towards it."""
     z = np.concatenate([np.asarray(profile.z) for profile in data.profiles])
@@ -200,7 +204,7 @@ def _overlay_files(given: list[str], folder: Path) -> list[tuple[Path, str, Path
 
 def _overlays(
     pictures: list[tuple[Path, str, Path]],
-    data: Any,
+    data: laser_data.ScanData,
     result: kr5.calibration.ScannerResult,
     believed: kr5.cell.Cell | None,
     camera: Path | None,
@@ -248,7 +252,9 @@ def _camera_pose(file: Path | None, believed: kr5.cell.Cell | None) -> Any:
     return None if T is None else kr5.UncertainPose(T=T)
 
 
-def _in_camera(result: kr5.calibration.ScannerResult, camera_pose: Any) -> Any:
+def _in_camera(
+    result: kr5.calibration.ScannerResult, camera_pose: kr5.UncertainPose | None
+) -> kr5.UncertainPose | None:
     """Scanner in the camera."""
     if camera_pose is None:
         return None
@@ -256,7 +262,9 @@ def _in_camera(result: kr5.calibration.ScannerResult, camera_pose: Any) -> Any:
     return calibration.camera_scanner(camera_pose, scanner)
 
 
-def _write_cell(believed: kr5.cell.Cell, result: kr5.calibration.ScannerResult, arm: Any, file: Path) -> None:
+def _write_cell(
+    believed: kr5.cell.Cell, result: kr5.calibration.ScannerResult, arm: kr5.kinematics.DhChain | None, file: Path
+) -> None:
     put_scanner_pose(believed, result.T_flange_scanner)
     if arm:
         believed.robot.dh = result.arm.joints
@@ -269,8 +277,8 @@ def _keys(
     sources: list[Path],
     missed: list[tuple[str, str]],
     points: dict[str, Any],
-    overlays: list[Any],
-    in_camera: Any,
+    overlays: list[dict[str, Any]],
+    in_camera: kr5.UncertainPose | None,
 ) -> dict[str, Any]:
     figures = pose_figures("scanner in the flange", result.T_flange_scanner, result.covariance)
     if in_camera is not None:
@@ -305,7 +313,7 @@ def _keys(
 
 
 def _verdict(
-    result: kr5.calibration.ScannerResult, missed: list[tuple[str, str]], overlays: list[Any]
+    result: kr5.calibration.ScannerResult, missed: list[tuple[str, str]], overlays: list[dict[str, Any]]
 ) -> dict[str, str]:
     std = np.sqrt(np.diag(result.covariance))
     position, rotation = 1e3 * np.linalg.norm(std[:3]), 180 / np.pi * np.linalg.norm(std[3:])

@@ -12,7 +12,9 @@ from kr5.files.writing import beside
 MOST_SHOWN = 3000  # points in a result file, for its page
 
 
-def cloud_of(profiles: list[Any], poses: list[Any], T_flange_scanner: np.ndarray) -> Any:
+def cloud_of(
+    profiles: list[calibration.LineProfile], poses: list[np.ndarray], T_flange_scanner: np.ndarray
+) -> calibration.ProfileCloud:
     """Points of profiles in the base."""
     return calibration.profiles_to_cloud(profiles, poses, T_flange_scanner)
 

@@ -22,7 +22,7 @@ PROFILE = TextRole("profile", "the name of a profile")
 PROFILE_OF_POSE = TextRole("profile", "the name of a profile", needed=False)
 TARGET = TextRole("target", "the name of a target", needed=False)
 COORDINATES = [
-    Role(axis, "points of a profile", "length", may_lack=True, unit_option="--profile-length", largest=5.0)
+    Role(axis, "points of a profile", "length", may_lack=True, unit_option="--profile-length-unit", largest=5.0)
     for axis in "xz"
 ]
 LEAST_RANGE = 2e-3  # below, a range in metres was divided by a thousand twice [m]
@@ -85,7 +85,7 @@ def _check_coordinates(file: Path, x: np.ndarray, z: np.ndarray) -> None:
         raise kr5.FileError(
             file,
             f"found ranges of {1e3 * np.median(np.abs(z)):.3f} mm, expected metres, or millimetres with"
-            " --profile-length mm",
+            " --profile-length-unit mm",
         )
     if x.min() > 0 and z.min() < 0 < z.max():
         raise kr5.FileError(file, "x is always positive and z is not: are the columns x and z swapped?")
@@ -124,7 +124,7 @@ def _add_poses(
     data.q = [q[k] for k in order] if q is not None else []
 
 
-def _interpolate(table: Table, T: list[Any], times: np.ndarray, max_gap: float, data: ScanData) -> None:
+def _interpolate(table: Table, T: list[np.ndarray], times: np.ndarray, max_gap: float, data: ScanData) -> None:
     poses, inside = calibration.interpolate_poses(list(table["t"]), T, list(times), max_gap)
     kept = [k for k, known in enumerate(inside) if known]
     data.dropped = [name for name, known in zip(data.names, inside, strict=True) if not known]

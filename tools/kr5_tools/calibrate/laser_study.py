@@ -164,7 +164,7 @@ class Study:
         return float(np.sqrt((off**2).mean())), float(np.linalg.norm(centre - self.centre))
 
 
-def _scanner_effect(model: Any, parameter: str) -> tuple[str, str]:
+def _scanner_effect(model: cell.Cell, parameter: str) -> tuple[str, str]:
     """Effect and target of the scanner with the given parameter."""
     for row in cell.effect_catalogue():
         targets = model.effect_targets(row.id)
@@ -173,7 +173,9 @@ def _scanner_effect(model: Any, parameter: str) -> tuple[str, str]:
     raise RuntimeError(f"no effect of the scanner has the parameter {parameter} alone")
 
 
-def _keys(study: Study, by_stand_off: list[Any], by_speed: list[Any], file: str) -> dict[str, Any]:
+def _keys(
+    study: Study, by_stand_off: list[dict[str, Any]], by_speed: list[dict[str, Any]], file: str
+) -> dict[str, Any]:
     good = [row["stand_off"] for row in by_stand_off if row["centre_as_stamped"] < 1e-3]
     least = min(by_stand_off, key=lambda row: row["rms_as_stamped"])
     fastest = max(by_speed, key=lambda row: row["speed"])

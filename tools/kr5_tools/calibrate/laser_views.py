@@ -1,14 +1,12 @@
 """Views of a line scanner, of targets that a user names."""
 
-from typing import Any
-
 import kr5
 from kr5 import calibration
 
 from kr5_tools.calibrate import laser_data
 
 
-def named_targets(given: list[str], data: Any) -> list[Any]:
+def named_targets(given: list[str], data: laser_data.ScanData) -> list[calibration.ScanTarget]:
     """The targets that the profiles name, each described by one of the texts of --target."""
     if not given:
         raise kr5.InvalidArgument("--target: is missing; what do the profiles show? tip, sphere:RADIUS or plane")
@@ -28,7 +26,9 @@ def named_targets(given: list[str], data: Any) -> list[Any]:
     return targets
 
 
-def find_views(data: Any, targets: list[Any]) -> tuple[list[Any], list[tuple[str, str]]]:
+def find_views(
+    data: laser_data.ScanData, targets: list[calibration.ScanTarget]
+) -> tuple[list[calibration.ScannerView], list[tuple[str, str]]]:
     """What each profile shows of its target; the profiles that show nothing, and why."""
     by_name = {t.name: t for t in targets}
     views, missed = [], []

@@ -86,7 +86,7 @@ def _see(files: list[Path], family: str, camera: Path) -> tuple[list[Any], Any, 
 
 
 def _keys(
-    result: kr5.vision.MarkerMapResult, sightings: list[Any], lens: kr5.Pinhole, paths: dict[str, str]
+    result: kr5.vision.MarkerMapResult, sightings: list[vision.MarkerSighting], lens: kr5.Pinhole, paths: dict[str, str]
 ) -> dict[str, Any]:
     by_name = {s.name: s for s in sightings}
     typical = np.sqrt(2) * result.sigma_pixel

@@ -1,9 +1,8 @@
 """The plots of a result file, made with matplotlib. Each function gives a figure, or None when the result has not what
 it shows. `plots_of` lists all that apply, for the page and for `--png`."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from kr5.files.result_types import FrameData, ResultData
@@ -106,7 +105,7 @@ def model_plot(data: ResultData) -> Figure | None:
     return figure
 
 
-def model_name(model: dict[str, Any]) -> str:
+def model_name(model: Mapping[str, object]) -> str:
     """Short name of a camera model."""
     extra = [w for w, key in (("square pixels", "square_pixels"), ("bent target", "bent_target")) if model.get(key)]
     return " + ".join([str(model.get("lens", "?")), *extra])
@@ -378,7 +377,7 @@ CATALOGUE: list[tuple[str, str, Callable[[ResultData], Figure | None], bool, str
         "Maximum manipulability of the point over all postures there (linear rows of the Jacobian).",
     ),
     (
-        "least_singular_value",
+        "min_singular_value",
         "Smallest singular value",
         singular_value_map,
         False,

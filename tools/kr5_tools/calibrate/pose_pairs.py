@@ -2,12 +2,14 @@
 
 import re
 import shlex
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 
 import kr5
 import numpy as np
+import numpy.typing as npt
 from kr5 import calibration
 from kr5.files.documents import OpenDocument, PoseMatrix, parse_json, parse_yaml, read_text, validate_document
 from kr5.logs.log_file import ENDINGS
@@ -55,6 +57,9 @@ class Transform(OpenDocument):
 
 class StampedTransform(OpenDocument):
     transform: Transform
+
+
+AnyTransform = Transform | StampedTransform
 
 
 def _is_matrix(values: list[float]) -> list[float]:
@@ -122,7 +127,7 @@ def check_holds_no_pairs(folder: Path) -> None:
 
 
 def read_pairs_file(
-    file: Path, camera_poses: Path | None = None, wanted: TableOptions | None = None, mount: Any = None
+    file: Path, camera_poses: Path | None = None, wanted: TableOptions | None = None, mount: str | None = None
 ) -> PosePairs:
     """The pairs of a file in any of the forms, or of two files of poses; `mount`, where it is known, says what
     easy_handeye meant."""
@@ -138,7 +143,7 @@ def read_pairs_file(
         flag
         for flag, v in (
             *(("--columns", wanted.columns), ("--convention", wanted.convention)),
-            *(("--length", wanted.length), ("--angle", wanted.angle)),
+            *(("--length-unit", wanted.length), ("--angle-unit", wanted.angle)),
         )
         if v
     ]:
@@ -174,7 +179,7 @@ def _table(file: Path, wanted: TableOptions) -> PosePairs:
     return PosePairs("CSV", rows, form, table.poses[camera], names, times)
 
 
-def _checked(file: Path, rows: np.ndarray, form: Any, what: str) -> None:
+def _checked(file: Path, rows: np.ndarray, form: calibration.PoseFormat, what: str) -> None:
     """Refuses rows that cannot be read so."""
     try:
         calibration.to_poses(rows, form)
@@ -214,7 +219,7 @@ def _opencv(file: Path, text: str) -> PosePairs:
     return _from_matrices("OpenCV", file, list(robot), list(seen))
 
 
-def _from_matrices(source: str, file: Path, robot: list[Any], seen: list[Any]) -> PosePairs:
+def _from_matrices(source: str, file: Path, robot: Sequence[npt.ArrayLike], seen: Sequence[npt.ArrayLike]) -> PosePairs:
     form = calibration.PoseFormat(rotation="matrix")
     rows, marks = (np.array([np.ravel(T) for T in poses], float).reshape(-1, 16) for poses in (robot, seen))
     _checked(file, rows, form, "robot poses ")
@@ -223,7 +228,7 @@ def _from_matrices(source: str, file: Path, robot: list[Any], seen: list[Any]) -
     return PosePairs(source, rows, form, list(calibration.to_poses(marks, form)), names)
 
 
-def _moveit(file: Path, data: list[Any], text: str) -> PosePairs:
+def _moveit(file: Path, data: list[object], text: str) -> PosePairs:
     """Samples of MoveIt's plugin: a list of maps, or in JSON a list of pairs of matrices."""
     if all(isinstance(sample, list) for sample in data) and data:
         pairs = [validate_document({"pair": s}, MatrixPair, file, text, at=(i,)).pair for i, s in enumerate(data)]
@@ -234,13 +239,15 @@ def _moveit(file: Path, data: list[Any], text: str) -> PosePairs:
     )
 
 
-def _row(T: Transform | StampedTransform) -> list[float]:
+def _row(T: AnyTransform) -> list[float]:
     inner = T.transform if isinstance(T, StampedTransform) else T
     p, q = inner.translation, inner.rotation
     return [p.x, p.y, p.z, q.x, q.y, q.z, q.w]
 
 
-def _from_transforms(source: str, file: Path, robot: list[Any], seen: list[Any], mount: str | None) -> PosePairs:
+def _from_transforms(
+    source: str, file: Path, robot: Sequence[AnyTransform], seen: Sequence[AnyTransform], mount: str | None
+) -> PosePairs:
     """easy_handeye saves the flange in the base for a camera on the hand, but the base in the flange for one on the
     base."""
     form = calibration.PoseFormat(meaning="T_flange_base" if mount == "eye_to_hand" else "T_base_flange")
@@ -257,11 +264,14 @@ def _easy(file: Path, data: EasyFile, mount: str | None) -> PosePairs:
     mount = mount or MOUNTS.get(said.calibration_type)
     if not mount and said.eye_on_hand is not None:
         mount = "eye_in_hand" if said.eye_on_hand else "eye_to_hand"
-    seen = [s.tracking or s.optical for s in data.samples]
-    if missing := [i for i, T in enumerate(seen) if T is None]:
-        raise kr5.FileError(
-            file, f"samples[{missing[0]}]: tracking: is missing; expected the pose of the marker in the camera"
-        )
+    seen: list[AnyTransform] = []
+    for i, sample in enumerate(data.samples):
+        T = sample.tracking or sample.optical
+        if T is None:
+            raise kr5.FileError(
+                file, f"samples[{i}]: tracking: is missing; expected the pose of the marker in the camera"
+            )
+        seen.append(T)
     return _from_transforms("easy_handeye", file, [s.robot for s in data.samples], seen, mount)
 
 

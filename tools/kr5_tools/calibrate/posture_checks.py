@@ -32,18 +32,18 @@ def require_motion(postures: list[kr5.calibration.ArmPosture]) -> None:
         )
 
 
-def posture_doubts(
+def posture_warnings(
     chain: kr5.kinematics.DhChain, postures: list[kr5.calibration.ArmPosture], result: kr5.calibration.KinematicsResult
 ) -> list[str]:
     """Everything that speaks against the measurements, in words, with the rows concerned."""
     return [
-        *joint_doubts(chain, postures),
-        *pairing_doubts(chain, postures),
-        *moved_device_doubts(postures, result),
+        *joint_warnings(chain, postures),
+        *pairing_warnings(chain, postures),
+        *moved_device_warnings(postures, result),
     ]
 
 
-def joint_doubts(chain: kr5.kinematics.DhChain, postures: list[kr5.calibration.ArmPosture]) -> list[str]:
+def joint_warnings(chain: kr5.kinematics.DhChain, postures: list[kr5.calibration.ArmPosture]) -> list[str]:
     """Joints that did not move, or hardly."""
     out = []
     for k, (joint, width) in enumerate(zip(chain.joints, np.ptp([p.q for p in postures], axis=0), strict=True)):
@@ -54,7 +54,7 @@ def joint_doubts(chain: kr5.kinematics.DhChain, postures: list[kr5.calibration.A
     return out
 
 
-def pairing_doubts(chain: kr5.kinematics.DhChain, postures: list[kr5.calibration.ArmPosture]) -> list[str]:
+def pairing_warnings(chain: kr5.kinematics.DhChain, postures: list[kr5.calibration.ArmPosture]) -> list[str]:
     """A scale, a mirror or a shift of the rows with which the nominal arm agrees much better."""
     rows = [p for p in postures if _place(p) is not None]
     if len(rows) < 8:
@@ -180,7 +180,7 @@ def _place(posture: kr5.calibration.ArmPosture) -> np.ndarray | None:
     return points[:, 0] if points.shape[1] and np.isfinite(points[:, 0]).all() else None
 
 
-def moved_device_doubts(
+def moved_device_warnings(
     postures: list[kr5.calibration.ArmPosture], result: kr5.calibration.KinematicsResult
 ) -> list[str]:
     """A row from which on all measured places are elsewhere."""

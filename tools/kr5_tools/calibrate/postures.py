@@ -5,6 +5,7 @@ from typing import Any
 
 import kr5
 import kr5.cell
+import kr5.kinematics
 import numpy as np
 from kr5 import calibration
 from kr5.tables.options import TableOptions
@@ -15,7 +16,9 @@ POSE = PoseRole(needed=False, strict=False)
 POINTS = PointsRole(instead="pose", option="--position")
 
 
-def read_postures(source: Path, joints: list[Any], wanted: TableOptions) -> list[Any]:
+def read_postures(
+    source: Path, joints: list[kr5.kinematics.DhJoint], wanted: TableOptions
+) -> list[calibration.ArmPosture]:
     """Postures of a table."""
     table = wanted.read(source, [joints_role(joints), POSE, POINTS], len(joints))
     return [
@@ -34,12 +37,14 @@ def measured(table: Table) -> list[dict[str, Any]]:
     return [{"points": kr5.points_from_rows(row)} for row in points]
 
 
-def read_joint_values(file: Path, joints: list[Any], wanted: TableOptions) -> np.ndarray:
+def read_joint_values(file: Path, joints: list[kr5.kinematics.DhJoint], wanted: TableOptions) -> np.ndarray:
     """Rows of joint values alone, with or without names of columns."""
     return wanted.read(file, [joints_role(joints)], len(joints))["q"]
 
 
-def read_socket(name: str, file: Path, joints: list[Any], wanted: TableOptions) -> list[Any]:
+def read_socket(
+    name: str, file: Path, joints: list[kr5.kinematics.DhJoint], wanted: TableOptions
+) -> list[calibration.ArmPosture]:
     """Postures whose tip rests in one socket."""
     table = wanted.read(file, [joints_role(joints)], len(joints))
     return [calibration.ArmPosture(name=table.row_name(i), q=row, socket=name) for i, row in enumerate(table["q"])]

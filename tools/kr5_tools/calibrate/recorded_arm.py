@@ -44,7 +44,7 @@ def recorded_views(recording: kr5.cell.Recording, split: str, joints: int) -> li
     return out
 
 
-def use_recording(options: Any, cell: kr5.cell.Cell, views: bool, known_tool: bool) -> None:
+def use_recording(options: calibration.KinematicsOptions, cell: kr5.cell.Cell, views: bool, known_tool: bool) -> None:
     """The device of a recording reports in the base; the tool is turned as the cell says, and sits about where."""
     options.T_world_base = np.eye(4)
     if cell.tool is not None:
@@ -67,7 +67,12 @@ class CameraCheck:
     text: str
 
 
-def believe_camera(chain: Any, postures: list[Any], options: Any, free: Any) -> tuple[Any, CameraCheck | None]:
+def believe_camera(
+    chain: kinematics.DhChain,
+    postures: list[calibration.ArmPosture],
+    options: calibration.KinematicsOptions,
+    free: calibration.KinematicsResult,
+) -> tuple[calibration.KinematicsResult, CameraCheck | None]:
     """The result with camera and board where the cell says, unless that is farther from where poses and views put them
     than their covariance allows: then the given one, with both free. Where the first is taken, `options` hold them."""
     check = check_camera(free, options)
@@ -77,7 +82,7 @@ def believe_camera(chain: Any, postures: list[Any], options: Any, free: Any) -> 
     return calibration.calibrate_kinematics(chain, postures, options=options), check
 
 
-def check_camera(free: Any, options: Any) -> CameraCheck | None:
+def check_camera(free: calibration.KinematicsResult, options: calibration.KinematicsOptions) -> CameraCheck | None:
     """The comparison in words; None where camera and board were not estimated."""
     found = calibration.camera_agreement(free, options, CHANCE)
     if found is None:
@@ -94,7 +99,7 @@ def check_camera(free: Any, options: Any) -> CameraCheck | None:
     return CameraCheck(found.believed, found.squared_distance, found.dof, found.limit, text)
 
 
-def add_torques(postures: list[Any], cell: kr5.cell.Cell) -> None:
+def add_torques(postures: list[calibration.ArmPosture], cell: kr5.cell.Cell) -> None:
     """Torques that hold the arm and its tool against gravity, of each posture."""
     if len(cell.robot.links) != len(cell.robot.dh):
         raise kr5.InvalidArgument(
@@ -109,7 +114,7 @@ def add_torques(postures: list[Any], cell: kr5.cell.Cell) -> None:
         posture.torques = dynamics.gravity_torques(posture.q)
 
 
-def refined_cell(cell: kr5.cell.Cell, result: Any, recorded: bool, views: bool) -> Any:
+def refined_cell(cell: kr5.cell.Cell, result: calibration.KinematicsResult, recorded: bool, views: bool) -> Any:
     """The cell with the identified arm; of a recording also with its tool, and with camera and board where views told
     of them. Camera and scanner stay where they are on the flange."""
     if len(result.compliances):

@@ -64,7 +64,7 @@ def tool(
             flag
             for flag, value in (
                 *(("--columns", columns), ("--convention", convention)),
-                *(("--length", length), ("--angle", angle)),
+                *(("--length-unit", length), ("--angle-unit", angle)),
             )
             if value
         ]:
@@ -107,7 +107,7 @@ def _refuse_objections(source: Path, rows: np.ndarray, read_as: kr5.calibration.
         )
 
 
-def _keys(result: kr5.calibration.ToolResult, T: list[Any], file: Path, used: dict[str, str]) -> dict[str, Any]:
+def _keys(result: kr5.calibration.ToolResult, T: list[np.ndarray], file: Path, used: dict[str, str]) -> dict[str, Any]:
     std = 1e3 * np.sqrt(np.diag(result.covariance))
     figures = [figure_row(f"tip {axis} in the flange", 1e3 * v, s, "mm") for axis, v, s in zip("xyz", result.tip, std)]
     keys = {"input": {"poses": str(file), **used}, "verdict": _verdict(result, std), "result": result.to_dict()}

@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import kr5.cell
+import kr5.io
 import typer
 from kr5.files import writing
 
@@ -25,8 +26,6 @@ def check(path: What, json_file: arguments.JsonOption = None) -> None:
 
     Exit code 2 when there is a problem.
     """
-    import kr5.cell
-
     writing.check_writable(json_file, inputs=[path])
     with terminal.spinner(f"reading {path}"):
         documents = kr5.cell.find_documents(path)
@@ -47,7 +46,7 @@ def check(path: What, json_file: arguments.JsonOption = None) -> None:
     raise typer.Exit(2)
 
 
-def _show_problems(problems: list[Any], path: Path, to: Console) -> None:
+def _show_problems(problems: list[kr5.io.Diagnostic], path: Path, to: Console) -> None:
     from rich.markup import escape
     from rich.table import Table
 
@@ -98,7 +97,6 @@ def import_robot(
     json_file: arguments.JsonOption = None,
 ) -> None:
     """Cell from the URDF or MJCF of a robot: the serial arm from base to tip, with exact poses and masses."""
-    import kr5.cell
     from kr5.models import read_model
 
     writing.check_writable(output, json_file, inputs=[robot])
@@ -154,7 +152,6 @@ def export_robot(
 
     Every effect that the format can hold becomes a nominal value; every other one is listed with the reason.
     """
-    import kr5.cell
     from kr5.models import write_model
 
     from kr5_tools.cell.export_tables import print_export
@@ -186,8 +183,6 @@ def show(
     json_file: arguments.JsonOption = None,
 ) -> None:
     """Tables and drawing of a cell; of a recording also its experiments."""
-    import kr5.cell
-
     writing.check_writable(output, json_file, inputs=[path])
     recording = kr5.cell.load_recording(path) if (path / "recording.yaml").is_file() else None
     if recording is None and path.is_dir():

@@ -1,18 +1,18 @@
 """What `kr5 cell export` tells: which effects the model holds, and which it cannot."""
 
 from itertools import groupby
-from typing import Any
 
 import numpy as np
+from kr5.models.writing import FoldedParameter, Loss, WrittenModel
 
-from kr5_tools.cli.numbers import format_values
+from kr5_tools.cli.numbers import Numbers, format_values
 from kr5_tools.cli.tables import make_table
 from kr5_tools.cli.terminal import Console
 
 COLUMNS = ["effect", "target", "parameter", "value"]
 
 
-def print_export(written: Any, to: Console) -> None:
+def print_export(written: WrittenModel, to: Console) -> None:
     """Tables of a `kr5.models.WrittenModel`."""
     if written.folded:
         rows = [[*_cells(p), p.field or "set by its own law"] for p in written.folded]
@@ -34,11 +34,11 @@ def _print_table(title: str, columns: list[str], rows: list[list[str]], to: Cons
     to.print()
 
 
-def _cells(parameter: Any) -> list[str]:
+def _cells(parameter: FoldedParameter | Loss) -> list[str]:
     return [parameter.effect, parameter.target, parameter.parameter, _value_text(parameter.value, parameter.unit)]
 
 
-def _value_text(value: Any, unit: str) -> str:
+def _value_text(value: Numbers, unit: str) -> str:
     """A value with its unit; a pose as position and roll, pitch, yaw."""
     if np.ndim(value) == 2:
         import kr5
@@ -48,7 +48,7 @@ def _value_text(value: Any, unit: str) -> str:
     return format_values(value) if unit == "-" else f"{format_values(value)} {unit}"
 
 
-def _summary(written: Any) -> str:
+def _summary(written: WrittenModel) -> str:
     held = {(p.effect, p.target) for p in written.folded}
     lost = {(p.effect, p.target) for p in written.losses}
     if not held and not lost:

@@ -43,7 +43,7 @@ def write_cell_file(believed: kr5.cell.Cell, file: Path | None) -> None:
     )
 
 
-def put_intrinsics(believed: kr5.cell.Cell, lens: Any) -> None:
+def put_intrinsics(believed: kr5.cell.Cell, lens: kr5.Pinhole) -> None:
     """Lens and sensor; where the camera sits stays."""
     camera = believed.camera
     if camera is None:
@@ -53,7 +53,7 @@ def put_intrinsics(believed: kr5.cell.Cell, lens: Any) -> None:
     believed.camera = _with_lens(camera, lens)
 
 
-def _with_lens(camera: Any, lens: Any) -> Any:
+def _with_lens(camera: cell.Camera, lens: kr5.Pinhole) -> cell.Camera:
     for key in ("width", "height", "fx", "fy", "cx", "cy"):
         setattr(camera, key, getattr(lens, key))
     values = [getattr(lens, key) for key in ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")]
@@ -62,7 +62,9 @@ def _with_lens(camera: Any, lens: Any) -> Any:
     return camera
 
 
-def put_camera_pose(believed: kr5.cell.Cell, mount: str, T_mount_camera: np.ndarray, lens: Any = None) -> None:
+def put_camera_pose(
+    believed: kr5.cell.Cell, mount: str, T_mount_camera: np.ndarray, lens: kr5.Pinhole | None = None
+) -> None:
     """Mount and pose of the camera, in the form in which the cell has the pose; `lens` for a cell without camera."""
     camera = believed.camera
     if camera is None and lens is None:
@@ -102,7 +104,7 @@ def put_tool_tip(believed: kr5.cell.Cell, tip: np.ndarray) -> None:
         believed.laser = scanner
 
 
-def put_marker_map(believed: kr5.cell.Cell, target: Any) -> None:
+def put_marker_map(believed: kr5.cell.Cell, target: kr5.Target) -> None:
     """The map in place of the cell's marker map, which says where it stands."""
     maps = [k for k, t in enumerate(believed.targets) if str(t.kind) == str(target.kind)]
     if len(maps) != 1:
@@ -126,7 +128,7 @@ def put_scanner_pose(believed: kr5.cell.Cell, T_flange_scanner: np.ndarray) -> N
     believed.laser = laser
 
 
-def put_target(believed: kr5.cell.Cell, target: Any, mount: str, T_fixed_target: np.ndarray) -> str:
+def put_target(believed: kr5.cell.Cell, target: kr5.Target, mount: str, T_fixed_target: np.ndarray) -> str:
     """Pose, and of a marker map the markers, of the one target of the cell that is like this one. Says why when there
     is none."""
     wanted = _form_of(target)
@@ -150,7 +152,7 @@ def put_target(believed: kr5.cell.Cell, target: Any, mount: str, T_fixed_target:
     return ""
 
 
-def _form_of(target: Any) -> dict[str, Any]:
+def _form_of(target: kr5.Target) -> dict[str, Any]:
     """What a target is, apart from where it, and where each marker of a map, stands."""
     form = kr5.Target(**{name: getattr(target, name) for name in kr5.Target().to_dict()}).to_dict()
     return form | {"map": sorted(marker.id for marker in target.map)}

@@ -7,8 +7,7 @@ import signal
 import subprocess
 import threading
 import time
-from collections.abc import Callable, Iterator
-from typing import Any
+from collections.abc import Callable, Iterator, Sequence
 
 STOPPED = 130  # exit code of what Ctrl-C has ended, as of a shell
 GRACE = 0.5  # [s] in which a command may end by itself, unless it waits for the library
@@ -25,7 +24,7 @@ def prompt_interruption(give_up: Callable[[], None]) -> Iterator[None]:
     called by a thread beside, and the process ends at once with STOPPED. For the main thread."""
     over, heard = threading.Event(), threading.Event()
 
-    def hear(number: int, frame: Any) -> None:
+    def hear(number: int, frame: object) -> None:
         global _pending
         if heard.is_set():
             return
@@ -81,7 +80,7 @@ def tell_when_stopped(text: Callable[[], str] | None) -> None:
     _kept = text
 
 
-def stop_text(written: list[Any]) -> str:
+def stop_text(written: Sequence[object]) -> str:
     """What is said of a stopped command, which wrote these files."""
     if _kept:
         return f"stopped; {_kept()}"

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import Union
 
 NONE = "–"  # in place of a number that there is not
 # Factor and unit that a table shows in place of one in SI.
@@ -42,7 +42,10 @@ def format_number(value: float | None, std: float | None = None) -> str:
     return f"{value:.{min(max(1 - math.floor(math.log10(std)), 0), 9)}f}"
 
 
-def format_values(value: Any) -> str:
+Numbers = Union[float, Sequence["Numbers"]]  # noqa: UP007  nested lists of them
+
+
+def format_values(value: Numbers) -> str:
     """A number or a nested list of numbers, each with five digits."""
     if isinstance(value, Sequence):
         return f"[{', '.join(format_values(v) for v in value)}]"

@@ -5,8 +5,11 @@ import importlib.abc
 import sys
 import threading
 import time
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.console import Console
 
 QUIET = 0.8  # [s] without a word, after which the sign appears
 TEXT = "Working …"
@@ -19,7 +22,7 @@ class SignOfLife:
     """Shows TEXT on a console when nothing was printed for QUIET, until something is. What else moves on the same
     line, as a bar does, holds it."""
 
-    def __init__(self, console: Any) -> None:
+    def __init__(self, console: "Console") -> None:
         self._console = console
         self._lock = threading.RLock()
         self._status: Any = None
@@ -91,6 +94,6 @@ class _SlowImports(importlib.abc.MetaPathFinder):
     def __init__(self, sign: SignOfLife) -> None:
         self._sign = sign
 
-    def find_spec(self, fullname: str, path: Any, target: Any = None) -> None:
+    def find_spec(self, fullname: str, path: Sequence[str] | None, target: object = None) -> None:
         if fullname in SLOW_MODULES:
             self._sign.show()

@@ -22,10 +22,12 @@ JointColumns = Annotated[
 ]
 PositionColumns = Annotated[str | None, typer.Option(help="Columns of the measured points, three a point.")]
 LengthUnit = Annotated[
-    Literal["m", "mm"] | None, typer.Option(help="Unit of lengths; by default as names or numbers show, else m.")
+    Literal["m", "mm"] | None,
+    typer.Option("--length-unit", help="Unit of lengths; by default as names or numbers show, else m."),
 ]
 AngleUnit = Annotated[
-    Literal["rad", "deg"] | None, typer.Option(help="Unit of angles; by default as names or numbers show, else rad.")
+    Literal["rad", "deg"] | None,
+    typer.Option("--angle-unit", help="Unit of angles; by default as names or numbers show, else rad."),
 ]
 Convention = Annotated[
     str | None,
@@ -36,11 +38,15 @@ Convention = Annotated[
 ]
 PoseLength = Annotated[
     Literal["m", "mm"] | None,
-    typer.Option(help="Unit of x y z; by default as names or numbers show, else mm for kuka, m for others."),
+    typer.Option(
+        "--length-unit", help="Unit of x y z; by default as names or numbers show, else mm for kuka, m for others."
+    ),
 ]
 PoseAngle = Annotated[
     Literal["rad", "deg"] | None,
-    typer.Option(help="Unit of angles; by default as names or numbers show, else deg for kuka, rad for others."),
+    typer.Option(
+        "--angle-unit", help="Unit of angles; by default as names or numbers show, else deg for kuka, rad for others."
+    ),
 ]
 RobotMeaning = Annotated[
     Literal["T_base_flange", "T_flange_base"] | None,

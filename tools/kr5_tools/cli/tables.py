@@ -5,6 +5,7 @@ import re
 from collections.abc import Iterable
 from typing import Any
 
+import numpy.typing as npt
 from rich.cells import cell_len
 from rich.console import Console, ConsoleOptions, JustifyMethod, RenderResult
 from rich.markup import escape
@@ -21,7 +22,7 @@ def figure_row(name: str, value: float, std: float | None, unit: str) -> dict[st
     return {"name": name, "value": value, "std": std, "unit": unit}
 
 
-def pose_figures(name: str, T: Any, covariance: Any) -> list[dict[str, Any]]:
+def pose_figures(name: str, T: npt.ArrayLike, covariance: npt.ArrayLike) -> list[dict[str, Any]]:
     """Position [mm] and roll, pitch, yaw [deg] of a pose, with the deviations its covariance (right perturbation)
     gives."""
     import kr5
@@ -56,7 +57,7 @@ class _Column:
         return max(map(_text_width, self.texts))
 
     @property
-    def least_width(self) -> int:
+    def min_width(self) -> int:
         """Below which numbers would be broken, or words."""
         if not self.is_text:
             return max(*map(_text_width, self.texts[1:]), _longest_word(self.texts[0]), 0)
@@ -107,22 +108,22 @@ class FittedTable:
     def _parts(self, width: int) -> Iterable[tuple[list[_Column], list[int]]]:
         part = [*self.keys]
         for column in self.others:
-            if len(part) > len(self.keys) and _least_total([*part, column]) > width:
+            if len(part) > len(self.keys) and _min_total([*part, column]) > width:
                 yield part, _widths(part, width)
                 part = [*self.keys]
             part.append(column)
         yield part, _widths(part, width)
 
 
-def _least_total(columns: list[_Column]) -> int:
-    return sum(column.least_width + PADDING for column in columns)
+def _min_total(columns: list[_Column]) -> int:
+    return sum(column.min_width + PADDING for column in columns)
 
 
 def _widths(columns: list[_Column], width: int) -> list[int]:
     """What is left over the least widths goes to texts, then to the heads of numbers, in equal parts of what each
     would like more."""
-    widths = [column.least_width for column in columns]
-    spare = width - _least_total(columns)
+    widths = [column.min_width for column in columns]
+    spare = width - _min_total(columns)
     for is_text in (True, False):  # in a very narrow terminal words are broken, and at last what stands for numbers
         for i, column in enumerate(columns):
             if spare < 0 and column.is_text == is_text:
@@ -131,7 +132,7 @@ def _widths(columns: list[_Column], width: int) -> list[int]:
                 spare += cut
     spare = max(spare, 0)
     for is_text in (True, False):
-        wanted = [c.natural_width - c.least_width if c.is_text == is_text else 0 for c in columns]
+        wanted = [c.natural_width - c.min_width if c.is_text == is_text else 0 for c in columns]
         granted = min(spare, sum(wanted))
         widths = [w + (granted * more // sum(wanted) if more else 0) for w, more in zip(widths, wanted)]
         spare -= granted
@@ -149,7 +150,7 @@ def _rich_table(columns: list[_Column], widths: list[int]) -> Table:
 
 
 def make_table(
-    title: str, columns: list[str], rows: Iterable[Iterable[Any]], text: Iterable[int] = (), keys: int = 1
+    title: str, columns: list[str], rows: Iterable[Iterable[object]], text: Iterable[int] = (), keys: int = 1
 ) -> FittedTable:
     """A table, its texts as they are, whose first column, and those of `text`, are text and whose others are numbers;
     units belong into the names of the columns. `keys`: how many of the first columns say what a row is about, and are

@@ -24,7 +24,7 @@ class _Console(Console):
     """Takes the sign of life away before it prints; goes on in silence when nobody reads any more, as with `| head`:
     the files of the command are still to be written."""
 
-    def print(self, *objects: Any, **options: Any) -> None:
+    def print(self, *objects: object, **options: Any) -> None:
         sign_of_life.note_output()
         super().print(*objects, **options)
 

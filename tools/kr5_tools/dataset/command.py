@@ -126,7 +126,7 @@ def _pattern(folder: Path, files: list[Path]) -> str:
     return str(where / name)
 
 
-def _images(folder: Path, reasons: list[Any]) -> list[Path]:
+def _images(folder: Path, reasons: list[list[str]]) -> list[Path]:
     families = _families(folder, set(IMAGE_ENDINGS))
     if not families:
         check_holds_no_pairs(folder)
@@ -153,7 +153,7 @@ def _readable(files: list[Path]) -> tuple[np.ndarray | None, list[str]]:
     return rows, forms
 
 
-def _poses(folder: Path, images: list[Path], reasons: list[Any]) -> tuple[list[Path], list[str]]:
+def _poses(folder: Path, images: list[Path], reasons: list[list[str]]) -> tuple[list[Path], list[str]]:
     why = ""
     for files in sorted(_families(folder, POSES), key=lambda g: -len(g)):
         if len(files) not in (1, len(images)) or files[0].name == "dataset.yaml":
@@ -209,7 +209,7 @@ def _hints(folder: Path) -> tuple[str, dict[str, Any]]:
     return text, keys
 
 
-def _target(folder: Path, images: list[Path], given: str | None, reasons: list[Any]) -> tuple[str, Sightings]:
+def _target(folder: Path, images: list[Path], given: str | None, reasons: list[list[str]]) -> tuple[str, Sightings]:
     """Short form of the target, and where it was seen."""
     places = np.linspace(0, len(images) - 1, PROBES + 2)[1:-1].round().astype(int)
     probes = {images[i]: load_image(images[i]) for i in places} if not given else {}
@@ -232,7 +232,7 @@ def _target(folder: Path, images: list[Path], given: str | None, reasons: list[A
     return name, seen
 
 
-def _camera(folder: Path, seen: Sightings, reasons: list[Any]) -> tuple[Path | None, Any]:
+def _camera(folder: Path, seen: Sightings, reasons: list[list[str]]) -> tuple[Path | None, Any]:
     for file in sorted(folder.glob("*")):
         if file.suffix.lower() in {".xml", ".yaml", ".yml", ".json"} and re.search("cam|intrinsic", file.stem, re.I):
             reasons.append(["camera", file.name, "a camera file of the folder", "high"])
@@ -243,7 +243,7 @@ def _camera(folder: Path, seen: Sightings, reasons: list[Any]) -> tuple[Path | N
 
 
 def _convention(
-    poses: list[Path], forms: list[str], seen: Sightings, camera: Any
+    poses: list[Path], forms: list[str], seen: Sightings, camera: kr5.Pinhole
 ) -> tuple[dict[str, Any], list[dict[str, Any]]]:
     """The reading of the poses under which robot and camera agree best, and the others."""
     found: list[dict[str, Any]] = []

@@ -4,7 +4,7 @@ import itertools
 import math
 import re
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +23,7 @@ LATTICE = 0.25  # tags may stand by so much of their spacing beside the places o
 NAMED, GUESSED = "named in a text of the folder", "its size is a guess; measure it"
 
 
-def guess_target(text: str, keys: dict[str, Any], images: dict[Path, np.ndarray]) -> tuple[str, str]:
+def guess_target(text: str, keys: Mapping[str, object], images: dict[Path, np.ndarray]) -> tuple[str, str]:
     """Short form of the target that most of the images show, and why it was tried."""
     if best := _best(_named(text, keys), images):
         return best
@@ -62,7 +62,7 @@ def _shown(images: Iterable[np.ndarray]) -> tuple[str, list[list[Any]]]:
     return family, [[tag for tag in tags if tag.family == family] for tags in shown]
 
 
-def _size(text: str, keys: dict[str, Any]) -> str | None:
+def _size(text: str, keys: Mapping[str, object]) -> str | None:
     """The size [m] that the texts speak of."""
     spoken = re.findall(r"size[^\d]*([\d.]+)\s*m\b", text)
     for value in (keys.get("spacing"), keys.get("chessboard_dim"), *spoken[:1]):
@@ -71,16 +71,18 @@ def _size(text: str, keys: dict[str, Any]) -> str | None:
     return None
 
 
-def _number(value: Any) -> float:
+def _number(value: object) -> float:
     """0 for what is no finite number."""
+    if not isinstance(value, (int, float, str)):
+        return 0.0
     try:
         number = float(value)
-    except (TypeError, ValueError):
+    except ValueError:
         return 0.0
     return number if math.isfinite(number) else 0.0
 
 
-def _named(text: str, keys: dict[str, Any]) -> list[tuple[str, str]]:
+def _named(text: str, keys: Mapping[str, object]) -> list[tuple[str, str]]:
     """Targets that the texts speak of."""
     out = []
     rows, cols, size = keys.get("rows"), keys.get("cols"), _size(text, keys)
@@ -97,7 +99,7 @@ def _named(text: str, keys: dict[str, Any]) -> list[tuple[str, str]]:
     return out
 
 
-def _usual(text: str, keys: dict[str, Any]) -> list[tuple[str, str]]:
+def _usual(text: str, keys: Mapping[str, object]) -> list[tuple[str, str]]:
     """Boards that many have."""
     boards = [(6, 9), (6, 8), (5, 8), (7, 9), (7, 10), (8, 11), (5, 7), (7, 7), (8, 8), (4, 6), (6, 7), (9, 14)]
     grids = [(10, 10), (4, 5), (7, 7), (5, 7), (6, 9)]
@@ -107,7 +109,9 @@ def _usual(text: str, keys: dict[str, Any]) -> list[tuple[str, str]]:
     return out + [(f"circles:{r}x{c}:{size or 0.02}", why) for r, c in grids]
 
 
-def _tags(text: str, keys: dict[str, Any], family: str, shown: list[list[Any]]) -> list[tuple[str, str]]:
+def _tags(
+    text: str, keys: Mapping[str, object], family: str, shown: list[list[vision.TagDetection]]
+) -> list[tuple[str, str]]:
     """The one tag, or the board of tags, that the images show, with why."""
     counts = Counter(tag.id for tags in shown for tag in tags)
     often = max(counts.values(), default=0)
@@ -123,7 +127,7 @@ def _tags(text: str, keys: dict[str, Any], family: str, shown: list[list[Any]]) 
     return []
 
 
-def _grid(tags: list[Any]) -> tuple[int, float] | None:
+def _grid(tags: list[vision.TagDetection]) -> tuple[int, float] | None:
     """Columns of a board whose tags are numbered row by row from 0, and its gaps as parts of a tag's side; None when
     the tags of one image do not show such a board.
 

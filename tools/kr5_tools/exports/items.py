@@ -65,7 +65,7 @@ def items_of(data: ResultData) -> ExportItems:
     return ExportItems(poses, _cameras(lens))
 
 
-def _cameras(lens: Any) -> list[ExportCamera]:
+def _cameras(lens: object) -> list[ExportCamera]:
     if not (isinstance(lens, dict) and all(lens.get(key) for key in ("width", "height", "fx", "fy"))):
         return []
     numbers = {key: float(lens[key]) for key in ("fx", "fy", "cx", "cy")}
@@ -73,7 +73,7 @@ def _cameras(lens: Any) -> list[ExportCamera]:
     return [ExportCamera("Camera", "camera", int(lens["width"]), int(lens["height"]), **numbers, lens=values)]
 
 
-def _pose(result: Mapping[str, Any], key: str, title: str, main: bool = True) -> list[ExportPose]:
+def _pose(result: Mapping[str, object], key: str, title: str, main: bool = True) -> list[ExportPose]:
     """A pose of the result by its key T_parent_child, unless it was not estimated."""
     T = result.get(key)
     if T is None or (T := np.array(T, float)).shape != (4, 4) or np.array_equal(T, np.eye(4)):
@@ -82,7 +82,7 @@ def _pose(result: Mapping[str, Any], key: str, title: str, main: bool = True) ->
     return [ExportPose(title, parent, child, T, main)]
 
 
-def _hand_eye_poses(result: Mapping[str, Any]) -> list[ExportPose]:
+def _hand_eye_poses(result: Mapping[str, object]) -> list[ExportPose]:
     in_hand = result.get("mount", "eye_in_hand") == "eye_in_hand"
     mount, fixed = ("flange", "base") if in_hand else ("base", "flange")
     poses = _pose(result, "T_mount_camera", f"Camera on the {mount}" if in_hand else "Camera in the base")
@@ -92,7 +92,7 @@ def _hand_eye_poses(result: Mapping[str, Any]) -> list[ExportPose]:
     return poses
 
 
-def _timed_poses(result: Mapping[str, Any]) -> list[ExportPose]:
+def _timed_poses(result: Mapping[str, object]) -> list[ExportPose]:
     camera = _pose(result, "T_hand_camera", "Camera on the hand")
     return camera + _pose(result, "T_base_world", "World of the camera in the base", main=False)
 
@@ -105,7 +105,7 @@ def _tool_poses(result: Mapping[str, Any]) -> list[ExportPose]:
     return [ExportPose("Tool tip on the flange, with the axes of the flange", "flange", "tool", T)]
 
 
-def _kinematics_poses(result: Mapping[str, Any]) -> list[ExportPose]:
+def _kinematics_poses(result: Mapping[str, object]) -> list[ExportPose]:
     return [
         *_pose(result, "T_world_base", "Base in the frame of the measuring device"),
         *_pose(result, "T_flange_tool", "Measured tool on the flange"),
@@ -114,11 +114,11 @@ def _kinematics_poses(result: Mapping[str, Any]) -> list[ExportPose]:
     ]
 
 
-def _cell_poses(result: Mapping[str, Any]) -> list[ExportPose]:
+def _cell_poses(result: Mapping[str, object]) -> list[ExportPose]:
     return _hand_eye_poses(result) + _pose(result, "T_flange_scanner", "Line scanner on the flange")
 
 
-def _laser_poses(result: Mapping[str, Any]) -> list[ExportPose]:
+def _laser_poses(result: Mapping[str, object]) -> list[ExportPose]:
     return _pose(result, "T_flange_scanner", "Line scanner on the flange")
 
 

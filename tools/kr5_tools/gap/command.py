@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Annotated, Any
 
+import kr5.gap
 import typer
 from kr5.files import results, writing
 from kr5.files.documents import OpenDocument, display_value, parse_json, read_text, validate_document
@@ -73,7 +74,6 @@ def measure(
     that the simulator cannot predict are listed.
     """
     import kr5.cell
-    import kr5.gap
 
     reading = SourceOptions(model, base, tip, every, overrides_of(overrides, columns), trust)
     own = input_files(source, reading) + ([cell_file] if cell_file else [])
@@ -162,7 +162,6 @@ def cases(
 def measure_case(folder: Path, effects: list[dict[str, Any]], full: bool = False) -> tuple[Any, str]:
     """Gap of a recording with these effects set in its cell, and the effects in words."""
     import kr5.cell
-    import kr5.gap
 
     recording = kr5.cell.load_recording(folder)
     cell = recording.cell
@@ -180,7 +179,7 @@ def has_inexact(effects: list[dict[str, Any]]) -> bool:
     return any(kr5.cell.find_effect(e["effect"]).inaccuracy > 0 for e in effects)
 
 
-def is_far(column: Any, columns: int, inexact: bool) -> bool:
+def is_far(column: kr5.gap.ColumnGap, columns: int, inexact: bool) -> bool:
     """Above the floor: beyond what noise alone shows once in 1000 recordings with so many columns. `inexact`: an effect
     of the recording is simulated inexactly."""
     import kr5.cell
@@ -215,7 +214,7 @@ def _labels(folder: Path) -> dict[str, Any]:
     }
 
 
-def measure_dict(found: Any) -> dict[str, Any]:
+def measure_dict(found: kr5.gap.Measure) -> dict[str, Any]:
     """The file form kr5-gap-measure/1."""
     return {
         "format": "kr5-gap-measure/1",

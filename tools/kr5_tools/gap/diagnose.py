@@ -5,15 +5,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
+import kr5.cell
 import kr5.gap
 import typer
 from kr5.files import results, writing
 from kr5.logs import search_widely
 from kr5.logs.compared_source import ComparedSource, SourceOptions, input_files
+from kr5.models.writing import WrittenModel
 
 from kr5_tools.cli import arguments, tables, terminal
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.table_options import ColumnsOption
+from kr5_tools.cli.terminal import Console
 from kr5_tools.gap.diagnosis_run import run_diagnosis
 from kr5_tools.gap.source import (
     BaseOption,
@@ -140,10 +143,8 @@ class DiagnoseOutputs:
         if original := self._original(compared):
             check_editable(original.file, original.base, original.tip)
 
-    def write_results(self, found: Any, compared: ComparedSource) -> DiagnosisFile:
+    def write_results(self, found: kr5.gap.Diagnosis, compared: ComparedSource) -> DiagnosisFile:
         """The recording and the result files; returns the result."""
-        import kr5.cell
-
         if self.recording:
             with writing.folder_beside(self.recording) as new:
                 kr5.cell.save_recording(compared.recording, new)
@@ -154,10 +155,10 @@ class DiagnoseOutputs:
         writing.write_json(data, self.json_file)
         return diagnosis_of(found, result)
 
-    def write_models(self, cell: Any, compared: ComparedSource, reading: SourceOptions) -> Any:
+    def write_models(
+        self, cell: kr5.cell.Cell, compared: ComparedSource, reading: SourceOptions
+    ) -> WrittenModel | None:
         """The cell and the model with the causes in them; returns what became of the model, where one is asked for."""
-        import kr5.cell
-
         if self.cell:
             with writing.beside(self.cell) as new:
                 kr5.cell.save_cell(cell, new)
@@ -169,7 +170,7 @@ class DiagnoseOutputs:
         arm = (original.file, reading.base, reading.tip) if original else (None, "", "")
         return write_model(cell, self.model, *arm)
 
-    def write_report(self, diagnosis: DiagnosisFile, compared: ComparedSource, to: Any) -> None:
+    def write_report(self, diagnosis: DiagnosisFile, compared: ComparedSource, to: Console) -> None:
         if not self.report:
             return
         from kr5_tools.gap_report.page import write_gap_report
@@ -188,7 +189,7 @@ class DiagnoseOutputs:
         return compared.model if kind == compared.model.kind and kind in (Kind.URDF, Kind.MJCF) else None
 
 
-def print_model(written: Any, tuned: Any, recording: Any, to: Any) -> None:
+def print_model(written: WrittenModel, tuned: kr5.cell.Cell | None, recording: kr5.cell.Recording, to: Console) -> None:
     """Says where the model with the causes is, how far its gap is reduced, and what its format cannot hold. `tuned`:
     the cell with the causes; None: there is none."""
     if tuned is None:
@@ -203,7 +204,7 @@ def print_model(written: Any, tuned: Any, recording: Any, to: Any) -> None:
         to.print(tables.make_table("Not in the model", ["effect", "target", "reason"], rows, text=(1, 2)))
 
 
-def _reduction_text(recording: Any, tuned: Any) -> str:
+def _reduction_text(recording: kr5.cell.Recording, tuned: kr5.cell.Cell) -> str:
     """What a written model leaves in the whole recording, nothing fitted beside the causes."""
     simulator = arguments.make_simulator(False)
     before, after = (kr5.gap.measure(recording, simulator, cell).gap for cell in (recording.cell, tuned))

@@ -1,13 +1,14 @@
 """A diagnosis that people may watch."""
 
-from typing import Any
-
+import kr5.cell
 import kr5.gap
 
 from kr5_tools.cli import terminal
 
 
-def run_diagnosis(recording: Any, simulator: Any, options: Any) -> Any:
+def run_diagnosis(
+    recording: kr5.cell.Recording, simulator: kr5.cell.Simulator, options: kr5.gap.DiagnoseOptions
+) -> kr5.gap.Diagnosis:
     """The diagnosis, with a bar for people at a terminal."""
     from rich.progress import BarColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 

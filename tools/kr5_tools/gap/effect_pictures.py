@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import kr5
+import kr5.cell
 import numpy as np
 from kr5.files import writing
 from kr5.files.paths import find_shipped
@@ -47,7 +48,7 @@ class EffectPicture:
     variable_name: str
 
 
-def standard_experiments(cell: Any) -> list[Any]:
+def standard_experiments(cell: kr5.cell.Cell) -> list[kr5.cell.Experiment]:
     """Experiments of the standard protocol that the cell can do, with their given columns."""
     from kr5_tools.simulation.protocol_file import load_protocol
 
@@ -57,7 +58,7 @@ def standard_experiments(cell: Any) -> list[Any]:
     return [e for e in load_protocol(file, cell, SEED) if e.name in EXPERIMENTS]
 
 
-def picture_of(effect: str, cell: Any, experiments: list[Any]) -> EffectPicture | None:
+def picture_of(effect: str, cell: kr5.cell.Cell, experiments: list[kr5.cell.Experiment]) -> EffectPicture | None:
     """The effect on the target and in the column where it shows most; None where this cell does not show it."""
     best: tuple[float, str, Any, Any, Any] | None = None
     for target in cell.effect_targets(effect):
@@ -95,9 +96,10 @@ def picture_of(effect: str, cell: Any, experiments: list[Any]) -> EffectPicture 
     )
 
 
-def _residuals(effect: str, target: str, cell: Any, experiments: list[Any]) -> tuple[Any, Any, Any] | None:
+def _residuals(
+    effect: str, target: str, cell: kr5.cell.Cell, experiments: list[kr5.cell.Experiment]
+) -> tuple[Any, Any, Any] | None:
     """The cell with the effect at a typical size, what it would record, and the residuals; None where it cannot."""
-    import kr5.cell
     import kr5.gap
 
     from kr5_tools.simulation.experiments import simulate_experiment
@@ -120,7 +122,7 @@ def _residuals(effect: str, target: str, cell: Any, experiments: list[Any]) -> t
     return changed, recording, kr5.gap.residual_columns(recording, simulator, [changed])
 
 
-def _course(experiment: Any) -> tuple[np.ndarray, str]:
+def _course(experiment: kr5.cell.Experiment) -> tuple[np.ndarray, str]:
     """The order of the rows: time where it runs on, else their number."""
     t = np.asarray(experiment["t"])
     if kind := ROWS.get(str(experiment.kind)):
@@ -128,7 +130,9 @@ def _course(experiment: Any) -> tuple[np.ndarray, str]:
     return t - t[0], "time [s]"
 
 
-def _best_variable(cell: Any, experiment: Any, column: str, change: np.ndarray) -> tuple[str, np.ndarray]:
+def _best_variable(
+    cell: kr5.cell.Cell, experiment: kr5.cell.Experiment, column: str, change: np.ndarray
+) -> tuple[str, np.ndarray]:
     """The variable whose bins explain most of the change by their means, with its name and unit."""
     use = np.isfinite(change)
     best: tuple[float, str, np.ndarray] | None = None
@@ -147,11 +151,11 @@ def _best_variable(cell: Any, experiment: Any, column: str, change: np.ndarray) 
     return best[1], best[2]
 
 
-def _variables(cell: Any, experiment: Any, column: str) -> list[tuple[Variable, str, np.ndarray]]:
+def _variables(
+    cell: kr5.cell.Cell, experiment: kr5.cell.Experiment, column: str
+) -> list[tuple[Variable, str, np.ndarray]]:
     """What a change may depend on, with unit and values: given columns, in views the place in the image, of motions
     also speeds and accelerations, and the simulated column itself."""
-    import kr5.cell
-
     data, kind = experiment.data, str(experiment.kind)
     out = []
     for c in kr5.cell.columns(experiment.kind, cell.robot.joints):
@@ -175,10 +179,8 @@ def _variables(cell: Any, experiment: Any, column: str) -> list[tuple[Variable, 
     return out
 
 
-def _value_texts(effect: str, target: str, cell: Any, changed: Any) -> list[str]:
+def _value_texts(effect: str, target: str, cell: kr5.cell.Cell, changed: kr5.cell.Cell) -> list[str]:
     """The parameters of the effect, with what the cell says where they replace it."""
-    import kr5.cell
-
     from kr5_tools.gap_report.evidence import parameter_rows
 
     values = changed.effects.to_dict()[effect][target]
@@ -225,7 +227,7 @@ def draw_effect(picture: EffectPicture) -> Any:
 
 
 def write_effect_pictures(
-    effects: list[str], cell: Any, folder: Path, picture_format: str = "png"
+    effects: list[str], cell: kr5.cell.Cell, folder: Path, picture_format: str = "png"
 ) -> tuple[list[Path], list[str]]:
     """Draws each effect into FOLDER/EFFECT.png (or .svg); the files, and the effects that this cell does not show."""
     from kr5_tools.pages.plot_style import plt

@@ -1,14 +1,17 @@
 """`kr5 gap effects`: the catalogue of effects, and a picture of what each does to a recording."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import kr5.cell
 import typer
 from kr5.files import writing
 from kr5.files.paths import SHIPPED_CELL, find_shipped_cell
 
 from kr5_tools.cli import arguments, tables, terminal
 from kr5_tools.cli.numbers import NONE, format_count
+from kr5_tools.cli.terminal import Console
 
 Effect = Annotated[
     str | None, typer.Argument(metavar="EFFECT", help="Id of one effect, for its details; by default all are listed.")
@@ -48,8 +51,6 @@ def effects(
 ) -> None:
     """List of the effects that a diagnosis tries: what each acts on, and what differs; with --all also its parameters
     and the columns in which it shows. Or the details of one effect."""
-    import kr5.cell
-
     writing.check_writable(json_file, inputs=[cell_file])
     rows = [kr5.cell.find_effect(effect)] if effect else kr5.cell.effect_catalogue()
     cell = load_cell(cell_file)
@@ -72,8 +73,6 @@ def effects(
 
 def load_cell(file: Path | None) -> Any:
     """The cell that is named, else the shipped one, without its effects."""
-    import kr5.cell
-
     source = file or find_shipped_cell()
     if source is None:
         raise kr5.InvalidArgument(f"--cell: is missing, and there is no {SHIPPED_CELL} here; specify a cell")
@@ -82,7 +81,7 @@ def load_cell(file: Path | None) -> Any:
     return cell
 
 
-def effect_dict(row: Any, cell: Any) -> dict[str, Any]:
+def effect_dict(row: kr5.cell.Effect, cell: kr5.cell.Cell) -> dict[str, Any]:
     """A row of the catalogue, with the targets that the cell has for it and, on the first, typical values."""
     import kr5
     import kr5.gap
@@ -108,13 +107,13 @@ def effect_dict(row: Any, cell: Any) -> dict[str, Any]:
     }
 
 
-def _choice(row: Any, typical: dict[str, Any]) -> int:
+def _choice(row: kr5.cell.Effect, typical: dict[str, Any]) -> int:
     """The value of the parameter that is a discrete choice, in a typical effect."""
     name = next((p.name for p in row.parameters if str(p.coordinate) == "choice"), None)
     return int(typical.get(name, 0)) if name else 0
 
 
-def print_catalogue(found: list[dict[str, Any]], to: Any, everything: bool = False) -> None:
+def print_catalogue(found: list[dict[str, Any]], to: Console, everything: bool = False) -> None:
     rows = []
     for e in found:
         row = [e["id"], e["target"].replace("_", " "), e["description"]]
@@ -126,7 +125,7 @@ def print_catalogue(found: list[dict[str, Any]], to: Any, everything: bool = Fal
     to.print("\nkr5 gap effects EFFECT shows typical sizes, bounds and the remedy of one.", soft_wrap=True)
 
 
-def print_effect(e: dict[str, Any], to: Any) -> None:
+def print_effect(e: dict[str, Any], to: Console) -> None:
     from kr5_tools.gap_report.messages import capitalised
 
     to.print(f"{capitalised(e['label'])} ({e['id']})", style="bold", soft_wrap=True)
@@ -154,7 +153,7 @@ def print_effect(e: dict[str, Any], to: Any) -> None:
     to.print(tables.make_table(f"Parameters{where}", heads, rows, text=(1, 6)))
 
 
-def value_text(value: Any, parameter: dict[str, Any]) -> str:
+def value_text(value: object, parameter: Mapping[str, object]) -> str:
     """A value of a parameter in a table; of a pose it is only said that it is one."""
     if value is None or (isinstance(value, list) and not value):
         return NONE

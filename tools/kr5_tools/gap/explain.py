@@ -1,18 +1,25 @@
 """`kr5 gap explain`: what an effect does, and what a recording says for and against it."""
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import kr5
+import kr5.cell
+import kr5.gap
 import typer
 from kr5.files import results, writing
 from kr5.logs.compared_source import command_of
 
 from kr5_tools.cli import arguments, tables, terminal
 from kr5_tools.cli.numbers import format_percent
+from kr5_tools.cli.terminal import Console
 from kr5_tools.gap.explained_targets import TARGET_COLUMNS, target_rows
 from kr5_tools.gap.source import known_target
 from kr5_tools.gap_report.diagnosis_file import DiagnosisFile, read_diagnosis
+
+if TYPE_CHECKING:
+    from kr5_tools.gap_report.evidence_data import Evidence
 
 What = Annotated[
     Path, typer.Argument(metavar="GAP.json|RECORDING", help="Result file of a diagnosis, or the folder of a recording.")
@@ -53,30 +60,24 @@ def explain(
     name, _, target = (effect or "").partition(":")
     row = _effect(name) if name else None
     diagnosis, recorded = _read(what, recording, diagnose=row is None)
-    if row is not None and recorded is None:
+    evidence = Evidence(diagnosis.found, recorded) if recorded else None
+    if row is None:
+        told = explain_verdict(diagnosis, evidence)
+    elif evidence is None:
         named = "logs and their model were" if diagnosis.of_logs else "recording was"
         raise kr5.InvalidArgument(f"{what}: its {named} not found; specify a recording with --recording FOLDER")
-    evidence = Evidence(diagnosis.found, recorded) if recorded else None
-    told = (
-        explain_verdict(diagnosis, evidence)
-        if row is None
-        else explain_effect(row, target, diagnosis.found.causes, evidence)
-    )
+    else:
+        told = explain_effect(row, target, diagnosis.found.causes, evidence)
     results.write_result(json_file, "kr5-gap-explanation/1", **told, input=named_inputs(diagnosis.input, evidence))
     print_explanation(told, terminal.console(json_file))
 
 
-def _effect(name: str) -> Any:
-    import kr5.cell
-
+def _effect(name: str) -> kr5.cell.Effect:
     return kr5.cell.find_effect(name)
 
 
-def _read(what: Path, recording: Path | None, diagnose: bool) -> tuple[DiagnosisFile, Any]:
+def _read(what: Path, recording: Path | None, diagnose: bool) -> tuple[DiagnosisFile, kr5.cell.Recording | None]:
     """The diagnosis and its recording; of a bare recording made now, if it is needed, else one that blames nothing."""
-    import kr5.cell
-    import kr5.gap
-
     from kr5_tools.gap_report.evidence_data import find_recording
 
     if not what.is_dir():
@@ -96,10 +97,8 @@ def _read(what: Path, recording: Path | None, diagnose: bool) -> tuple[Diagnosis
     return DiagnosisFile(kr5.gap.Diagnosis(verdict="unknown")), recorded
 
 
-def explain_verdict(diagnosis: DiagnosisFile, evidence: Any) -> dict[str, Any]:
+def explain_verdict(diagnosis: DiagnosisFile, evidence: "Evidence | None") -> dict[str, Any]:
     """The verdict with its causes, for and against each."""
-    import kr5.gap
-
     from kr5_tools.gap.terminal_report import note_text
     from kr5_tools.gap_report.evidence_data import named_inputs
     from kr5_tools.gap_report.messages import next_steps
@@ -118,7 +117,9 @@ def explain_verdict(diagnosis: DiagnosisFile, evidence: Any) -> dict[str, Any]:
     }
 
 
-def explain_effect(row: Any, target: str, causes: list[Any], evidence: Any) -> dict[str, Any]:
+def explain_effect(
+    row: kr5.cell.Effect, target: str, causes: list[kr5.gap.Cause], evidence: "Evidence"
+) -> dict[str, Any]:
     """What the catalogue says of an effect, and what the recording says of it on each target."""
     cell = evidence.recording.cell
     targets, target = cell.effect_targets(row.id), known_target(target, cell)
@@ -127,7 +128,7 @@ def explain_effect(row: Any, target: str, causes: list[Any], evidence: Any) -> d
             f"{row.id}: found target '{target}', expected"
             f" {'one of ' + ', '.join(targets) if targets else 'a cell that has such a part'}"
         )
-    told = {
+    told: dict[str, Any] = {
         "effect": row.id,
         "name": row.label,
         "what": row.description,
@@ -143,11 +144,11 @@ def explain_effect(row: Any, target: str, causes: list[Any], evidence: Any) -> d
     return told
 
 
-def best_trials(row: Any, targets: list[str], causes: list[Any], evidence: Any) -> list[tuple[str, Any, int | None]]:
+def best_trials(
+    row: kr5.cell.Effect, targets: list[str], causes: list[kr5.gap.Cause], evidence: "Evidence"
+) -> list[tuple[str, kr5.gap.EffectFit | None, int | None]]:
     """The effect on each target, in place of the cause (by its number) where it does most, or of the one it is;
     best first."""
-    import kr5.gap
-
     best: dict[str, tuple[Any, int | None]] = {}
     blamed = {c.target: k for k, c in enumerate(causes) if c.effect == row.id}
     for k in range(len(causes)) or [None]:
@@ -160,7 +161,14 @@ def best_trials(row: Any, targets: list[str], causes: list[Any], evidence: Any) 
     return sorted(found, key=lambda row: -(row[1].explained_fraction if row[1] else -1.0))
 
 
-def _trial_words(target: str, trial: Any, row: Any, causes: list[Any], evidence: Any, k: int | None) -> dict[str, Any]:
+def _trial_words(
+    target: str,
+    trial: kr5.gap.EffectFit | None,
+    row: kr5.cell.Effect,
+    causes: list[kr5.gap.Cause],
+    evidence: "Evidence",
+    k: int | None,
+) -> dict[str, Any]:
     """What fitting the effect on a target showed, for it and against it; `k`: the cause that it was fitted in place
     of."""
     from kr5.gap import effect_text
@@ -203,7 +211,7 @@ Columns = list[tuple[str, float, float]]  # name, gap before, gap after
 Reasons = tuple[list[str], list[str]]  # for the effect, against it
 
 
-def _excess_words(fraction: float, columns: Columns, replaced: Any, evidence: Any) -> Reasons:
+def _excess_words(fraction: float, columns: Columns, replaced: kr5.gap.Cause | None, evidence: "Evidence") -> Reasons:
     """How much of the excess it explains. `replaced`: the cause in whose place it was fitted, or None."""
     from kr5.gap import effect_text
 
@@ -217,7 +225,7 @@ def _excess_words(fraction: float, columns: Columns, replaced: Any, evidence: An
     return [f"Fitted{place}, it explains {format_percent(fraction)} of the excess{judged}."], []
 
 
-def _column_words(columns: Columns, evidence: Any) -> Reasons:
+def _column_words(columns: Columns, evidence: "Evidence") -> Reasons:
     """In which columns the gap falls, stays and grows."""
     from kr5.gap import column_text
 
@@ -236,7 +244,7 @@ def _column_words(columns: Columns, evidence: Any) -> Reasons:
     return pros, cons + [f"Worse with it: the {column_text(g)} ({b:.2f} → {a:.2f})." for g, b, a in worse]
 
 
-def _diagnosis_words(blamed: Any, causes: list[Any]) -> Reasons:
+def _diagnosis_words(blamed: kr5.gap.Cause | None, causes: list[kr5.gap.Cause]) -> Reasons:
     """What the diagnosis says of it. `blamed`: the cause that it is, or None."""
     from kr5.gap import effect_text
 
@@ -250,7 +258,7 @@ def _diagnosis_words(blamed: Any, causes: list[Any]) -> Reasons:
     return [], [f"The diagnosis names {join_list([effect_text(c.effect, c.target) for c in causes])}, not this."]
 
 
-def print_explanation(told: dict[str, Any], to: Any) -> None:
+def print_explanation(told: dict[str, Any], to: Console) -> None:
     """For people."""
     from kr5_tools.gap_report.messages import capitalised
 
@@ -290,7 +298,7 @@ def print_explanation(told: dict[str, Any], to: Any) -> None:
         say(f"  Remedy if it is the cause: {told['remedy'].replace('`', '')}")
 
 
-def _show_reasons(cause: dict[str, Any], to: Any, say: Any) -> None:
+def _show_reasons(cause: dict[str, Any], to: Console, say: Callable[[str], None]) -> None:
     if cause["parameters"]:
         rows = [[f"  {p['name']}", p["value"], p["std"], p["unit"], p["nominal"]] for p in cause["parameters"]]
         to.print(tables.make_table("", ["  parameter", "value", "± std", "unit", "cell value"], rows, text=(3,)))

@@ -1,9 +1,11 @@
 """`kr5 gap plan`: the experiment that tells apart what a recording cannot."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
 import kr5
+import kr5.cell
 import kr5.gap
 import typer
 import yaml
@@ -12,6 +14,7 @@ from kr5.files import results, writing
 from kr5_tools.cli import arguments, tables, terminal
 from kr5_tools.cli.numbers import format_percent
 from kr5_tools.cli.options import options_from
+from kr5_tools.cli.terminal import Console
 from kr5_tools.gap.source import known_target
 
 MOST_REPEATS = 20  # written to a protocol
@@ -72,8 +75,6 @@ def plan(
     Motions, postures, weights, speeds, waiting times, views, scans, steps, presses and profiles are simulated with each
     of the alternatives, which look alike in the recording; the one that distinguishes them in the shortest time is
     selected."""
-    import kr5.cell
-
     options.validate()
     writing.check_writable(output, json_file, inputs=[folder / "recording.yaml"])
     recording = kr5.cell.load_recording(folder)
@@ -106,7 +107,7 @@ def plan(
     results.write_result(json_file, "kr5-gap-plan/1", **planned, input={"recording": str(folder.resolve())})
 
 
-def parse_alternatives(text: str, cell: Any) -> list[list[Any]]:
+def parse_alternatives(text: str, cell: kr5.cell.Cell) -> list[list[kr5.gap.EffectName]]:
     """The alternatives of --separate."""
     out = []
     for part in text.split(","):
@@ -125,7 +126,7 @@ def parse_alternatives(text: str, cell: Any) -> list[list[Any]]:
     return out
 
 
-def tied_alternatives(recording: Any, simulator: Any) -> list[list[Any]]:
+def tied_alternatives(recording: kr5.cell.Recording, simulator: kr5.cell.Simulator) -> list[list[kr5.gap.EffectName]]:
     """What a diagnosis blames, and the same with each effect that could stand in the place of a cause."""
     from kr5_tools.gap.diagnosis_run import run_diagnosis
 
@@ -133,17 +134,17 @@ def tied_alternatives(recording: Any, simulator: Any) -> list[list[Any]]:
     return kr5.gap.tied_alternatives(found)[:MOST_ALTERNATIVES]
 
 
-def alternative_texts(alternatives: Any) -> list[str]:
+def alternative_texts(alternatives: Sequence[Sequence[kr5.gap.EffectName]]) -> list[str]:
     """Each alternative by the names of the catalogue."""
     return [" with ".join(f"{n.effect} on {n.target}" for n in names) for names in alternatives]
 
 
-def alternative_words(alternatives: Any) -> list[str]:
+def alternative_words(alternatives: Sequence[Sequence[kr5.gap.EffectName]]) -> list[str]:
     """Each alternative in words."""
     return [" with ".join(kr5.gap.effect_text(n.effect, n.target) for n in names) for names in alternatives]
 
 
-def resting_posture(recording: Any) -> list[float] | None:
+def resting_posture(recording: kr5.cell.Recording) -> list[float] | None:
     """Where the first recorded motion began, for people who add experiments to the protocol."""
     joints = recording.cell.robot.joints
     for e in recording.experiments:
@@ -152,15 +153,20 @@ def resting_posture(recording: Any) -> list[float] | None:
     return None
 
 
-def weighed_text(alternatives: Any, weighed: Any) -> str:
+def weighed_text(alternatives: Sequence[Sequence[kr5.gap.EffectName]], weighed: kr5.gap.ModelComparison) -> str:
     """The alternative that the recordings decide for, in words."""
     best = weighed.best
     return f"{alternative_words(alternatives)[best]} is {format_percent(weighed.probability[best])} probable"
 
 
 def weigh_alternatives(
-    recording: Any, more: list[Any], simulator: Any, alternatives: Any, options: Any, to: Any
-) -> Any:
+    recording: kr5.cell.Recording,
+    more: list[kr5.cell.Recording],
+    simulator: kr5.cell.Simulator,
+    alternatives: Sequence[Sequence[kr5.gap.EffectName]],
+    options: kr5.gap.PlanOptions,
+    to: Console,
+) -> kr5.gap.ModelComparison:
     with terminal.spinner("fitting the alternatives"):
         weighed = kr5.gap.compare_models([recording, *more], alternatives, simulator, options)
     rows = [
@@ -171,7 +177,7 @@ def weigh_alternatives(
     return weighed
 
 
-def print_plan(found: Any, to: Any) -> None:
+def print_plan(found: kr5.gap.Plan, to: Console) -> None:
     """The plan for people."""
     words = alternative_words(found.alternatives)
     if found.assumed:
@@ -214,7 +220,7 @@ def error_text(probability: float) -> str:
     return "< 0.01" if probability < 1e-4 else f"{100 * probability:.2g}"
 
 
-def write_protocol(best: Any, file: Path, start: list[float] | None, to: Any) -> None:
+def write_protocol(best: kr5.gap.PlannedExperiment, file: Path, start: list[float] | None, to: Console) -> None:
     """The protocol, and the given columns of its experiment beside it."""
     import kr5.io
 

@@ -1,8 +1,9 @@
 """Options of what is compared, and what is printed of it."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
+import kr5.cell
 import typer
 from kr5.logs.column_list import header_entry
 from kr5.logs.compared_source import ComparedSource, SourceOptions, open_source
@@ -10,6 +11,7 @@ from kr5.logs.log_file import ENDINGS
 from rich.markup import escape
 
 from kr5_tools.cli import tables, terminal
+from kr5_tools.cli.terminal import Console
 
 SourceArgument = Annotated[
     list[Path],
@@ -66,7 +68,7 @@ def read_source(paths: list[Path], options: SourceOptions) -> ComparedSource:
         return open_source(paths, options)
 
 
-def known_target(target: str, cell: Any) -> str:
+def known_target(target: str, cell: kr5.cell.Cell) -> str:
     """The target of an effect, which may be named as the joint is in the model of the robot; `joint3` is always the
     third of the chain."""
     if target.rstrip("0123456789") in ("joint", "motor"):
@@ -75,7 +77,7 @@ def known_target(target: str, cell: Any) -> str:
     return f"joint{names.index(target) + 1}" if target in names else target
 
 
-def print_source(source: ComparedSource, to: Any, everything: bool) -> None:
+def print_source(source: ComparedSource, to: Console, everything: bool) -> None:
     """How logs were understood: with everything as a table with reasons, else in a line an item."""
     if not source.reasons and not source.notes:
         return

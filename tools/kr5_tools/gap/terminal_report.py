@@ -4,6 +4,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+import kr5.cell
+import kr5.gap
 import numpy as np
 from kr5.gap import column_text, dependence_text, display_unit, effect_text, joint_name, notes, value_text
 from kr5.logs.compared_source import ComparedSource
@@ -11,11 +13,12 @@ from rich.markup import escape
 
 from kr5_tools.cli import tables
 from kr5_tools.cli.numbers import NONE, format_percent, root_mean_square, table_unit
+from kr5_tools.cli.terminal import Console
 from kr5_tools.gap.source import print_source
 from kr5_tools.gap_report.diagnosis_file import DiagnosisFile
 from kr5_tools.gap_report.evidence import nominal_value, without_rounding
 from kr5_tools.gap_report.messages import capitalised, group_of, join_list, next_steps
-from kr5_tools.gap_report.model_doubts import model_doubts
+from kr5_tools.gap_report.model_warnings import model_warnings
 
 VERDICTS = {
     "no_gap": ("green", "No gap"),
@@ -29,14 +32,14 @@ MOST_PARTS = 3  # rows for each way to divide the gap, without --all
 FURTHER = "--all lists every one"
 
 
-def print_diagnosis(found: Any, source: ComparedSource, to: Any, everything: bool = False) -> None:
+def print_diagnosis(found: kr5.gap.Diagnosis, source: ComparedSource, to: Console, everything: bool = False) -> None:
     """A diagnosis (kr5.gap.Diagnosis) for people: the verdict, the causes, how its logs were read, where the gap is,
     what remains, what to do."""
     colour, word = VERDICTS[str(found.verdict)]
     to.print(f"[bold {colour}]{word}.[/] {escape(found.text)}", soft_wrap=True, markup=True)
     nominal = source.recording.cell
     model = str(source.model.file) if source.model else None
-    for doubt in model_doubts(found, nominal, model):
+    for doubt in model_warnings(found, nominal, model):
         to.print(f"[yellow]{escape(doubt)}[/]", soft_wrap=True, markup=True)
     causes, names = found.causes, found.joint_names
     _say_list(to, "Causes", [cause_line(cause, names, nominal, len(causes) > 1) for cause in causes])
@@ -49,7 +52,7 @@ def print_diagnosis(found: Any, source: ComparedSource, to: Any, everything: boo
     _say_list(to, "Next steps", [step.replace("`", "") for step in steps])
 
 
-def _say_list(to: Any, title: str, lines: list[str]) -> None:
+def _say_list(to: Console, title: str, lines: list[str]) -> None:
     if not lines:
         return
     to.print(f"\n{title}", style="bold")
@@ -57,17 +60,17 @@ def _say_list(to: Any, title: str, lines: list[str]) -> None:
         to.print(f"  - {line}", soft_wrap=True)
 
 
-def note_text(note: Any) -> str:
+def note_text(note: kr5.gap.Note) -> str:
     """A note with what it means."""
     return f"{note.text} {note.meaning}".strip()
 
 
-def effect_id(named: Any) -> str:
+def effect_id(named: kr5.gap.Cause | kr5.gap.EffectName | kr5.gap.NearestEffect) -> str:
     """An effect and its target as `kr5 gap explain` and `kr5 gap plan` take them."""
     return f"{named.effect}:{named.target}"
 
 
-def known_as(named: Any, joint_names: list[str]) -> str:
+def known_as(named: kr5.gap.Cause | kr5.gap.NearestEffect, joint_names: list[str]) -> str:
     """The joint by the name of the model, and what the commands take."""
     return _with_joint(joint_name(joint_names, named.target), effect_id(named))
 
@@ -76,7 +79,9 @@ def _with_joint(joint: str, text: str) -> str:
     return "; ".join(filter(None, (joint, text)))
 
 
-def cause_line(cause: Any, joint_names: list[str], cell: Any = None, others: bool = False) -> str:
+def cause_line(
+    cause: kr5.gap.Cause, joint_names: list[str], cell: kr5.cell.Cell | None = None, others: bool = False
+) -> str:
     """A cause in one line: what and where it is, its size, that of the cell where it states one, and how sure it is.
     `cell`: without the causes; `others`: whether there are more of them."""
     names = len(cause.parameters) > 1
@@ -95,7 +100,7 @@ def cause_line(cause: Any, joint_names: list[str], cell: Any = None, others: boo
     return f"{line}."
 
 
-def _stated(cause: Any, parameter: Any, cell: Any) -> str:
+def _stated(cause: kr5.gap.Cause, parameter: kr5.gap.ParameterEstimate, cell: kr5.cell.Cell | None) -> str:
     """What the cell states of a parameter, where that is a number or three and not 0."""
     before = nominal_value(cell, cause, parameter.name) if cell else None
     if before is None or np.ndim(before) > 1 or not np.any(before):
@@ -104,18 +109,18 @@ def _stated(cause: Any, parameter: Any, cell: Any) -> str:
     return f" instead of {', '.join(f'{factor * x:.4g}' for x in without_rounding(before))}"
 
 
-def _named(place: Any, joint_names: list[str]) -> str:
+def _named(place: kr5.gap.ColumnExcess, joint_names: list[str]) -> str:
     group = group_of(place)
     return f"{column_text(group)} ({_with_joint(joint_name(joint_names, place.target), group)})"
 
 
-def _depends(place: Any) -> str:
+def _depends(place: kr5.gap.ColumnExcess) -> str:
     """What a residual does, in words, each once."""
     texts = [dependence_text(d, place.experiment) for d in place.depends_on[:2]]
     return "; ".join(dict.fromkeys(texts))
 
 
-def _print_places(found: Any, to: Any, everything: bool) -> None:
+def _print_places(found: kr5.gap.Diagnosis, to: Console, everything: bool) -> None:
     where, names = found.where, found.joint_names
     listed = where if everything else [p for p in where[:MOST_PLACES] if p.share >= LEAST_SHARE]
     if not listed:
@@ -145,7 +150,7 @@ def share_text(share: float) -> str:
     return "< 0.1" if 0 < share < 0.001 else f"{100 * share:.1f}"
 
 
-def _print_remainder(found: Any, to: Any, everything: bool) -> None:
+def _print_remainder(found: kr5.gap.Diagnosis, to: Console, everything: bool) -> None:
     """What has no cause: columns, the effects that come nearest, and those that could not be tried."""
     left, names = found.unexplained, found.joint_names
     listed = left if everything else left[:MOST_PLACES]
@@ -164,7 +169,7 @@ def _print_remainder(found: Any, to: Any, everything: bool) -> None:
     _print_untried(found.not_tried, to, everything)
 
 
-def _print_untried(untried: list[Any], to: Any, everything: bool) -> None:
+def _print_untried(untried: list[kr5.gap.UntriedEffect], to: Console, everything: bool) -> None:
     if not untried:
         return
     reasons: dict[str, list[str]] = {}
@@ -176,7 +181,7 @@ def _print_untried(untried: list[Any], to: Any, everything: bool) -> None:
     to.print(f"\nNot tried: {len(untried)} effects that this cell or recording cannot show; {FURTHER}.", soft_wrap=True)
 
 
-def print_measure(source: Path, found: Any, to: Any, everything: bool = False) -> None:
+def print_measure(source: Path, found: kr5.gap.Measure, to: Console, everything: bool = False) -> None:
     """The gap, the columns above their limit, and where they are, for people."""
     within = len(found.columns) - found.exceeding
     above = root_mean_square(c.gap for c in found.columns if c.exceeds)
@@ -199,7 +204,7 @@ def print_measure(source: Path, found: Any, to: Any, everything: bool = False) -
     to.print(parts_table(found, everything))
 
 
-def measure_table(columns: Iterable[Any], everything: bool = True) -> Any:
+def measure_table(columns: Iterable[kr5.gap.ColumnGap], everything: bool = True) -> tables.FittedTable:
     """The gap of each of these columns; where others are among them, those above their limit say so."""
     rows = []
     for c in columns:
@@ -221,7 +226,7 @@ def measure_table(columns: Iterable[Any], everything: bool = True) -> Any:
     return tables.make_table("Columns" if everything else "Columns above the limit", heads, rows, text=(1, 7, 8))
 
 
-def parts_table(found: Any, everything: bool = True) -> Any:
+def parts_table(found: kr5.gap.Measure, everything: bool = True) -> tables.FittedTable:
     """Where the gap is: by subsystem, target, channel, experiment, pose region and speed."""
     by: dict[str, list[Any]] = {}
     for part in found.parts:

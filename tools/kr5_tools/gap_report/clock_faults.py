@@ -1,11 +1,14 @@
 """What to do about columns that were logged late or early."""
 
-from typing import Any
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import kr5.gap
 
 ENTRIES = {"torques": "tau", "currents": "i", "positions": "q", "wrench": "wrench"}  # of a map of logs, by group
 
 
-def clock_remedy(fault: Any, source: str, of_logs: bool) -> str:
+def clock_remedy(fault: "kr5.gap.ClockFault", source: str, of_logs: bool) -> str:
     """How to correct a kr5.gap.ClockFault. `source`: what was diagnosed, as a command takes it; `of_logs`: with a
     model."""
     entry = f"columns.{ENTRIES[fault.group]}"

@@ -2,17 +2,20 @@
 
 from typing import Any
 
+import kr5.cell
+import kr5.gap
 import numpy as np
+import numpy.typing as npt
 from kr5.gap import column_text, dependence_text, display_unit, effect_text
 
 from kr5_tools.cli.numbers import format_number, format_percent
-from kr5_tools.gap_report.evidence_data import shaped_value
+from kr5_tools.gap_report.evidence_data import Evidence, shaped_value
 from kr5_tools.gap_report.messages import capitalised, effect_row, group_of, join_list
 
 DEG = 57.29577951308232
 
 
-def nominal_value(cell: Any, cause: Any, parameter: str) -> Any:
+def nominal_value(cell: kr5.cell.Cell, cause: kr5.gap.Cause | kr5.gap.EffectFit, parameter: str) -> Any:
     """What the cell says of a parameter that an effect replaces; None for one that is an addition."""
     row = effect_row(cause.effect)
     if row is None:
@@ -28,11 +31,11 @@ def measures_size(effect: str, parameter: str) -> bool:
     return row is None or any(p.name == parameter and p.measures_size for p in row.parameters)
 
 
-def is_pose(parameter: Any) -> bool:
+def is_pose(parameter: kr5.gap.ParameterEstimate) -> bool:
     return len(parameter.value) == 16
 
 
-def parameter_rows(cause: Any, cell: Any) -> list[dict[str, str]]:
+def parameter_rows(cause: kr5.gap.Cause | kr5.gap.EffectFit, cell: kr5.cell.Cell | None) -> list[dict[str, str]]:
     """Name, value, uncertainty, unit and cell value, one row per number; a pose as its difference from the cell's.
     `cause`: anything with effect, target and parameters."""
     out = []
@@ -58,13 +61,13 @@ def parameter_rows(cause: Any, cell: Any) -> list[dict[str, str]]:
     return out
 
 
-def without_rounding(value: Any) -> np.ndarray:
+def without_rounding(value: npt.ArrayLike) -> np.ndarray:
     """The numbers of a value; 0 what rounding left beside the others."""
     numbers = np.atleast_1d(np.asarray(value, float))
     return np.where(np.abs(numbers) < 1e-12 * np.abs(numbers).max(), 0.0, numbers)
 
 
-def _pose_rows(p: Any, before: Any) -> list[dict[str, str]]:
+def _pose_rows(p: kr5.gap.ParameterEstimate, before: np.ndarray | None) -> list[dict[str, str]]:
     from scipy.spatial.transform import Rotation
 
     value = np.asarray(shaped_value(p.value), float)
@@ -84,7 +87,7 @@ def _pose_rows(p: Any, before: Any) -> list[dict[str, str]]:
     ]
 
 
-def _moved(cause: Any, cell: Any) -> float | None:
+def _moved(cause: kr5.gap.Cause, cell: kr5.cell.Cell | None) -> float | None:
     """By how many standard deviations the best known number of a cause is from off."""
     most = None
     for p in cause.parameters:
@@ -106,7 +109,7 @@ def _moved(cause: Any, cell: Any) -> float | None:
     return most
 
 
-def columns_of(evidence: Any, k: int) -> list[tuple[str, float, float, float]]:
+def columns_of(evidence: Evidence, k: int) -> list[tuple[str, float, float, float]]:
     """Columns that a cause explains: name, gap without it, gap with it, part of the squares it takes away; most
     first."""
     rows, total = [], 0.0
@@ -114,7 +117,7 @@ def columns_of(evidence: Any, k: int) -> list[tuple[str, float, float, float]]:
         if all(c.after is None or k not in c.without for c in evidence.judged(group)):
             continue
         without, after = evidence.gap(group, without=k), evidence.gap(group, "after")
-        n = sum(int(np.isfinite(c.after).sum()) for c in evidence.judged(group))
+        n = sum(int(np.isfinite(c.after).sum()) for c in evidence.judged(group) if c.after is not None)
         gain = n * (without**2 - after**2)
         total += max(gain, 0.0)
         rows.append((group, without, after, gain))
@@ -122,7 +125,7 @@ def columns_of(evidence: Any, k: int) -> list[tuple[str, float, float, float]]:
     return [(g, w, a, gain / total if total else 0.0) for g, w, a, gain in rows]
 
 
-def closed_by_experiment(evidence: Any, k: int) -> dict[str, float]:
+def closed_by_experiment(evidence: Evidence, k: int) -> dict[str, float]:
     """Part of the excess that a cause closes, in each experiment in which it stands out."""
     sums: dict[str, list[float]] = {}
     for c in evidence.columns:
@@ -137,7 +140,7 @@ def closed_by_experiment(evidence: Any, k: int) -> dict[str, float]:
     return {name: closed / excess for name, (excess, closed) in sums.items()}
 
 
-def evidence_for(found: Any, k: int, evidence: Any) -> list[str]:
+def evidence_for(found: kr5.gap.Diagnosis, k: int, evidence: Evidence | None) -> list[str]:
     """What speaks for a cause of a diagnosis."""
     cause = found.causes[k]
     others = " not explained by the other causes" if len(found.causes) > 1 else ""
@@ -168,7 +171,7 @@ def evidence_for(found: Any, k: int, evidence: Any) -> list[str]:
     return out
 
 
-def alternatives_to(trials: list[Any], evidence: Any) -> list[str]:
+def alternatives_to(trials: list[kr5.gap.EffectFit], evidence: Evidence) -> list[str]:
     """What other effects do in the place of a cause, fitted anew."""
     out = []
     for trial in trials:
@@ -185,7 +188,7 @@ def alternatives_to(trials: list[Any], evidence: Any) -> list[str]:
     return out or ["No other effect explains more than 1 % of the part that it explains."]
 
 
-def evidence_against(found: Any, k: int, evidence: Any) -> list[str]:
+def evidence_against(found: kr5.gap.Diagnosis, k: int, evidence: Evidence | None) -> list[str]:
     """What speaks against a cause; says so when nothing does."""
     cause, out = found.causes[k], []
     for tied in cause.tied_with:

@@ -1,11 +1,14 @@
 """What the pages and tables about a diagnosis know beyond its JSON: residuals row by row, at the nominal cell and with
 the causes, simulated anew."""
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import kr5.cell
+import kr5.gap
 import numpy as np
 from kr5.logs.compared_source import reopen_source
 
@@ -40,17 +43,17 @@ def gap_of(rows: np.ndarray) -> float:
     return float(np.sqrt(np.mean(rows**2))) if len(rows) else float("nan")
 
 
-def measured_noise(found: Any) -> list[Any]:
+def measured_noise(found: kr5.gap.Diagnosis) -> list[kr5.gap.NoiseOverride]:
     """The noise that a diagnosis measured, as kr5.gap.NoiseOverride."""
-    import kr5.gap
-
     return [kr5.gap.NoiseOverride(key=n.key, kind=n.kind, ratio=n.ratio) for n in found.noise]
 
 
 class Evidence:
     """A diagnosis (kr5.gap.Diagnosis) with its recording, and what both say together."""
 
-    def __init__(self, found: Any, recording: Any, simulator: Any = None) -> None:
+    def __init__(
+        self, found: kr5.gap.Diagnosis, recording: kr5.cell.Recording, simulator: kr5.cell.Simulator | None = None
+    ) -> None:
         self.found, self.recording = found, recording
         self.simulator = simulator or arguments.make_simulator(False)
         self.noise = measured_noise(found)
@@ -58,10 +61,8 @@ class Evidence:
         self.unset: list[str] = []  # causes that a cell cannot hold
         self.cell = self.cell_with(range(len(found.causes)))
 
-    def cell_with(self, causes: Any) -> Any:
+    def cell_with(self, causes: Iterable[int]) -> kr5.cell.Cell:
         """The recording's cell with some of the causes added."""
-        import kr5.cell
-
         known = {e.id for e in kr5.cell.effect_catalogue()}
         cell, named = self.recording.cell, self.found.causes  # copies
         for k in causes:
@@ -80,10 +81,8 @@ class Evidence:
         return list(range(count)) if self.explained and count > 1 else []
 
     @cached_property
-    def residuals(self) -> list[Any]:
+    def residuals(self) -> list[kr5.gap.ResidualColumn]:
         """kr5.gap.ResidualColumn: at the nominal cell, with the causes, and without each of them."""
-        import kr5.gap
-
         causes = range(len(self.found.causes))
         others = [self.cell_with([j for j in causes if j != k]) for k in self.left_out]
         return kr5.gap.residual_columns(
@@ -102,8 +101,6 @@ class Evidence:
 
     def parts(self) -> list[dict[str, Any]]:
         """The gap by subsystem, pose region, speed and experiment, before and with the causes."""
-        import kr5.gap
-
         before = kr5.gap.gap_parts(self.recording, self.residuals)
         after = (
             {(p.by, p.name): p.gap for p in kr5.gap.gap_parts(self.recording, self.residuals, 1)}
@@ -132,14 +129,10 @@ class Evidence:
     @property
     def options(self) -> Any:
         """Of trials on the recording."""
-        import kr5.gap
-
         return kr5.gap.EffectFitOptions(noise=self.noise)
 
     def rivals(self, k: int) -> list[Any]:
         """The other effects that explain most of what a cause explains, in its place."""
-        import kr5.gap
-
         causes = self.found.causes
         taken = [kr5.gap.EffectName(effect=c.effect, target=c.target) for c in causes]
         cell = self.cell_with([j for j in range(len(causes)) if j != k])
@@ -189,7 +182,7 @@ OF_JOINTS = {
 }
 
 
-def display_variable(column: Column, dependence: Any) -> tuple[np.ndarray, np.ndarray, str] | None:
+def display_variable(column: Column, dependence: kr5.gap.Dependence) -> tuple[np.ndarray, np.ndarray, str] | None:
     """Values of what a residual depends on, by what to multiply the residual (the direction of motion, where it turns
     with it), and the unit; None when the recording has not the columns."""
     variable = dependence.variable
@@ -214,12 +207,12 @@ def display_variable(column: Column, dependence: Any) -> tuple[np.ndarray, np.nd
     return np.asarray(data[variable.column]), sign, f"[{known.unit}]" if known and known.unit != "-" else ""
 
 
-def _cycle(experiment: Any) -> float:
+def _cycle(experiment: kr5.cell.Experiment) -> float:
     t = np.asarray(experiment["t"])
     return max(float(t[-1] - t[0]) / max(len(t) - 1, 1), 1e-6)
 
 
-def _joint(experiment: Any, number: int, order: int) -> np.ndarray | None:
+def _joint(experiment: kr5.cell.Experiment, number: int, order: int) -> np.ndarray | None:
     """Position of a joint as commanded (where it is, else as read), its rate, or its acceleration."""
     name = next((n for n in (f"qc{number}", f"q{number}") if n in experiment.data), None)
     if name is None or (order and "t" not in experiment.data):
@@ -233,15 +226,13 @@ def _joint(experiment: Any, number: int, order: int) -> np.ndarray | None:
 def find_recording(inputs: dict[str, Any], source: Path, given: Path | None) -> Any:
     """The recording that a diagnosis is of, with the model that it was compared with: given, or named in its `input`,
     or made anew of the logs that are named there; None when there is none (any more)."""
-    import kr5.cell
-
     found = reopen_source(inputs, source.parent, given)
     if found is None and given:
         return kr5.cell.load_recording(given)
     return found.recording if found else None
 
 
-def named_inputs(given: dict[str, Any], evidence: Evidence | None) -> dict[str, Any]:
+def named_inputs(given: Mapping[str, object], evidence: Evidence | None) -> dict[str, Any]:
     """The `input` of a diagnosis, with the folder from which its recording was read."""
     inputs = dict(given)
     if evidence and "logs" not in inputs and str(evidence.recording.folder):

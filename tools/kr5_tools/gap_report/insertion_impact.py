@@ -3,17 +3,21 @@ it."""
 
 import os
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import kr5
+import kr5.cell
 import numpy as np
 
 from kr5_tools.sweep import rate_table
 
+if TYPE_CHECKING:
+    import kr5.sim
+
 TRIALS = 20  # of each cell, with the same seeds; 20 of 20 is [83, 100] %
 
 
-def can_insert(cell: Any) -> bool:
+def can_insert(cell: kr5.cell.Cell) -> bool:
     """Whether the cell holds all that an insertion takes, a bore wider than its peg with it, and there is a simulator
     for it."""
     try:
@@ -25,7 +29,7 @@ def can_insert(cell: Any) -> bool:
     return bool(cell.tube.inner_radius > cell.peg.radius)
 
 
-def task_terms(nominal: Any, updated: Any) -> dict[str, Any] | None:
+def task_terms(nominal: kr5.cell.Cell, updated: kr5.cell.Cell) -> dict[str, Any] | None:
     """Success, time and force of insertions in both cells, by the controller of the nominal one; None where there is no
     such task, or where a cause is an effect that was registered in Python, which run_insertion does not know."""
     if not (can_insert(nominal) and can_insert(updated)):
@@ -42,7 +46,7 @@ def task_terms(nominal: Any, updated: Any) -> dict[str, Any] | None:
     return {"rows": rows, "words": _words(*rows), "clearance": f"{clearance:.2g}", "trials": TRIALS}
 
 
-def _insert(cell: Any, seed: int) -> Any:
+def _insert(cell: kr5.cell.Cell, seed: int) -> "kr5.sim.PegOutcome":
     import kr5.sim
 
     from kr5_tools.insertion.task import offset_in_disc
@@ -54,7 +58,7 @@ def _insert(cell: Any, seed: int) -> Any:
     return kr5.sim.run_insertion(cell, setup).pegs[0]
 
 
-def _row(name: str, pegs: list[Any]) -> dict[str, Any]:
+def _row(name: str, pegs: "list[kr5.sim.PegOutcome]") -> dict[str, Any]:
     first = rate_table.success_rate(sum(p.inserted and p.attempts == 1 for p in pegs), len(pegs))
     failed = sorted({rate_table.reason_text(p.reason).replace("_", " ") for p in pegs if not p.inserted})
     times = [p.time for p in pegs if p.inserted]
@@ -65,7 +69,7 @@ def _row(name: str, pegs: list[Any]) -> dict[str, Any]:
         "high": first["high"],
         "inserted": sum(p.inserted for p in pegs),
         "time": float(np.median(times)) if times else None,
-        "force": float(np.median([p.greatest_force for p in pegs])),
+        "force": float(np.median([p.max_force for p in pegs])),
         "failed": ", ".join(failed),
     }
 

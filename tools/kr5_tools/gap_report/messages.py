@@ -7,6 +7,7 @@ from typing import Any
 
 import kr5
 import kr5.cell
+import kr5.gap
 from kr5.gap import column_text, dependence_text, effect_text, effects_text
 from kr5.models.kinds import ENDINGS, NAMES
 from kr5.models.writing import lost_effects
@@ -38,7 +39,7 @@ def moves_tool(effect: str) -> bool:
     return row is not None and bool(row.moves_tool)
 
 
-def group_of(place: Any) -> str:
+def group_of(place: kr5.gap.ColumnExcess) -> str:
     """The column of a place, as `motion.i3`."""
     return f"{place.experiment}.{place.column}"
 
@@ -51,7 +52,9 @@ def join_list(items: list[str], last: str = "and") -> str:
     return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} {last} {items[-1]}" if items else ""
 
 
-def next_steps(diagnosis: DiagnosisFile, source: str, model: str | None = None, cell: Any = None) -> list[str]:
+def next_steps(
+    diagnosis: DiagnosisFile, source: str, model: str | None = None, cell: kr5.cell.Cell | None = None
+) -> list[str]:
     """What to do now, in order. `source`: what was diagnosed, as a command takes it; `model`: file of the model that
     was given beside it; `cell`: the cell with the causes, which tells what of them such a model can hold."""
     found = diagnosis.found
@@ -66,7 +69,7 @@ def next_steps(diagnosis: DiagnosisFile, source: str, model: str | None = None, 
     return steps + _steps_of_rest(found, bool(steps))
 
 
-def _steps_without_gap(found: Any) -> list[str]:
+def _steps_without_gap(found: kr5.gap.Diagnosis) -> list[str]:
     if found.scope:
         return [
             "Record what this recording cannot show, before the cell is trusted there: `kr5 record --help` lists"
@@ -88,7 +91,7 @@ def _experiment_step(diagnosis: DiagnosisFile, source: str) -> str:
     return f"To distinguish {names}: {text}."
 
 
-def _steps_of_rest(found: Any, others: bool) -> list[str]:
+def _steps_of_rest(found: kr5.gap.Diagnosis, others: bool) -> list[str]:
     """What to do about what stays unexplained."""
     if not found.unexplained:
         return []
@@ -102,7 +105,7 @@ def _steps_of_rest(found: Any, others: bool) -> list[str]:
     ]
 
 
-def _geometry_from_loads(found: Any) -> list[str]:
+def _geometry_from_loads(found: kr5.gap.Diagnosis) -> list[str]:
     """A doubt in lengths and angles of the arm that were found where no pose was measured."""
     motion_only = any(str(limit.reason) == "one_kind" and str(limit.kind) == "motion" for limit in found.scope)
     named = [effect_text(c.effect, c.target) for c in found.causes if motion_only and moves_tool(c.effect)]
@@ -114,14 +117,14 @@ def _geometry_from_loads(found: Any) -> list[str]:
     ]
 
 
-def _plan_text(separates: Iterable[Any], source: str, of_logs: bool) -> str:
+def _plan_text(separates: Iterable[kr5.gap.EffectName], source: str, of_logs: bool) -> str:
     """The command that finds the experiment, where the diagnosis knows none."""
     names = ",".join(f"{name.effect}:{name.target}" for name in separates)
     first = f"`kr5 gap diagnose {source} --write-recording made`, then " if of_logs else ""
     return f"{first}`kr5 gap plan {'made' if of_logs else source} --separate {names} -o next.yaml`"
 
 
-def _remedies(causes: Iterable[Any]) -> list[str]:
+def _remedies(causes: Iterable[kr5.gap.Cause]) -> list[str]:
     """What to do about each effect, once for all its targets."""
     targets = _by_effect((cause.effect, cause.target) for cause in causes)
     rows = {effect: effect_row(effect) for effect in targets}
@@ -132,7 +135,9 @@ def _remedies(causes: Iterable[Any]) -> list[str]:
     ]
 
 
-def _simulation_step(causes: Iterable[Any], source: str, model: str | None, cell: Any) -> str:
+def _simulation_step(
+    causes: Iterable[kr5.gap.Cause], source: str, model: str | None, cell: kr5.cell.Cell | None
+) -> str:
     """How to simulate with the causes: in a model like the given one where that holds them, else in a cell."""
     tuned = f"tuned{_ending(model)}" if model else "tuned.yaml"
     named = list(dict.fromkeys((cause.effect, cause.target) for cause in causes))

@@ -3,9 +3,11 @@ after."""
 
 import warnings
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import kr5
+import kr5.cell
+import kr5.gap
 import numpy as np
 from kr5.files import writing
 from kr5.gap import column_text, dependence_text, effect_text, joint_name, notes, part_of, part_text
@@ -16,7 +18,11 @@ from kr5_tools.cli.numbers import format_percent
 from kr5_tools.gap_report.diagnosis_file import DiagnosisFile
 from kr5_tools.gap_report.evidence import alternatives_to, evidence_against, evidence_for, parameter_rows
 from kr5_tools.gap_report.messages import capitalised, effect_row, group_of, join_list, next_steps
-from kr5_tools.gap_report.model_doubts import model_doubts
+from kr5_tools.gap_report.model_warnings import model_warnings
+
+if TYPE_CHECKING:
+    from kr5_tools.calibrate.plots import Plot
+    from kr5_tools.gap_report.evidence_data import Evidence
 
 TITLE = "Why simulation and cell disagree"
 SAID = 1.15  # a gap below this is coloured, but not written beside the part
@@ -34,7 +40,7 @@ def write_gap_report(
     output: Path,
     png: Path | None = None,
     folder: Path | None = None,
-    recording: Any = None,
+    recording: kr5.cell.Recording | None = None,
 ) -> list[Path]:
     """Writes the page and, if asked, the plots; returns the files of the plots. `folder`: of the recording;
     `recording`: that was diagnosed, where it was read already."""
@@ -80,13 +86,13 @@ def write_gap_report(
             plt.close(plot.figure)
 
 
-def _fits(found: Any, recording: Any) -> bool:
+def _fits(found: kr5.gap.Diagnosis, recording: kr5.cell.Recording) -> bool:
     """Whether the recording has the columns the diagnosis speaks of."""
     kinds = {str(e.kind) for e in recording.experiments}
     return all(place.experiment in kinds for place in found.where)
 
 
-def first_posture(recording: Any) -> list[float]:
+def first_posture(recording: kr5.cell.Recording) -> list[float]:
     """In which the cell is drawn: the middle one of a measured motion, where the arm is in the open."""
     from kr5_tools.cell.rest_posture import rest_posture
 
@@ -99,9 +105,12 @@ def first_posture(recording: Any) -> list[float]:
     return rest_posture(recording.cell, recording)
 
 
-def parts_of(evidence: Any, found: Any) -> list[dict[str, Any]]:
+def parts_of(evidence: "Evidence | None", found: kr5.gap.Diagnosis) -> list[dict[str, Any]]:
     """Every part of the cell that a column shows, with the widest gap before and after, and its colour."""
     from kr5_tools.gap_report.plots import gap_colour
+
+    if evidence is None:
+        return []
 
     named = {
         "before": {group_of(p) for p in found.where},
@@ -109,7 +118,7 @@ def parts_of(evidence: Any, found: Any) -> list[dict[str, Any]]:
     }
     causes = {part_of_target(c.target): effect_text(c.effect, c.target) for c in found.causes}
     parts: dict[str, dict[str, Any]] = {}
-    for group in evidence.groups if evidence else ():
+    for group in evidence.groups:
         part = parts.setdefault(
             part_of(group),
             {
@@ -151,7 +160,7 @@ def themed_parts(parts: list[dict[str, Any]]) -> Any:
     )
 
 
-def floor_text(found: Any, evidence: Any) -> str:
+def floor_text(found: kr5.gap.Diagnosis, evidence: "Evidence | None") -> str:
     """Of a recording without gap: how near the floor its columns are."""
     if evidence is None or str(found.verdict) != "no_gap":
         return ""
@@ -170,11 +179,11 @@ def part_of_target(target: str) -> str:
     return own or ("sensor" if part_of(f"motion.{target}") == "sensor" else target)
 
 
-def depends_text(place: Any) -> str:
+def depends_text(place: kr5.gap.ColumnExcess) -> str:
     return capitalised("; ".join(dependence_text(d, place.experiment) for d in place.depends_on))
 
 
-def place_rows(found: Any) -> list[dict[str, Any]]:
+def place_rows(found: kr5.gap.Diagnosis) -> list[dict[str, Any]]:
     """The table of columns above the floor."""
     left = {group_of(p) for p in found.unexplained}
     after = {column.column: column.after for column in found.reduction.columns}
@@ -195,7 +204,7 @@ def place_rows(found: Any) -> list[dict[str, Any]]:
     return rows
 
 
-def cause_rows(found: Any, evidence: Any) -> list[dict[str, Any]]:
+def cause_rows(found: kr5.gap.Diagnosis, evidence: "Evidence | None") -> list[dict[str, Any]]:
     """What is said of each cause, and what other effects do in its place."""
     out = []
     for k, cause in enumerate(found.causes):
@@ -222,10 +231,10 @@ def cause_rows(found: Any, evidence: Any) -> list[dict[str, Any]]:
 def make_page(
     diagnosis: DiagnosisFile,
     source: Path,
-    evidence: Any,
+    evidence: "Evidence | None",
     parts: list[dict[str, Any]],
     q: list[float],
-    drawn: list[Any],
+    drawn: "list[Plot]",
     task: dict[str, Any] | None = None,
 ) -> str:
     """The HTML of the page."""
@@ -252,7 +261,7 @@ def make_page(
         icon=icon,
         word=word,
         verdict=found.text + floor_text(found, evidence),
-        doubts=model_doubts(found, evidence.recording.cell, inputs.get("model")) if evidence else [],
+        warnings=model_warnings(found, evidence.recording.cell, inputs.get("model")) if evidence else [],
         steps=next_steps(diagnosis, command_of(inputs), inputs.get("model"), evidence.cell if evidence else None),
         places=place_rows(found),
         causes=cause_rows(found, evidence),

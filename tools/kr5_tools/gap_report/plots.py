@@ -1,8 +1,9 @@
 """The plots of a diagnosis: the cell coloured by its gap, gaps by column and experiment, residuals before and after."""
 
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+import kr5.cell
 import kr5.gap
 import numpy as np
 from kr5.gap import column_text, part_of, part_text, variable_text
@@ -29,6 +30,9 @@ from kr5_tools.pages.plot_style import (
     WIDE,
     plt,
 )
+
+if TYPE_CHECKING:
+    from mpl_toolkits.mplot3d import Axes3D
 
 WIDEST = 30.0
 COLOURS = LinearSegmentedColormap.from_list("gap", ["#fde9a9", "#fdb863", "#e8601c", "#a50f15", "#5c0011"])
@@ -89,7 +93,7 @@ def heat_map(evidence: Evidence, which: str) -> Figure:
     return figure
 
 
-def reduction_plot(found: Any) -> Figure | None:
+def reduction_plot(found: kr5.gap.Diagnosis) -> Figure | None:
     """Gap of each column before and after, against the floor."""
     columns = sorted(found.reduction.columns, key=lambda column: column.before)[-24:]
     if not columns or not found.causes:
@@ -161,7 +165,7 @@ def _reach(values: np.ndarray) -> float:
     return max(4.0, 1.15 * float(np.nanquantile(np.abs(values), 0.998)))
 
 
-def dependence_plot(evidence: Evidence, group: str, dependence: Any) -> Figure | None:
+def dependence_plot(evidence: Evidence, group: str, dependence: kr5.gap.Dependence) -> Figure | None:
     """The residual against what it depends on: points, and means over bins of equal numbers of rows."""
     columns = evidence.judged(group)
     found = [f for c in columns if (f := display_variable(c, dependence)) is not None]
@@ -247,7 +251,7 @@ def cell_map(evidence: Evidence, parts: list[dict[str, Any]], q: list[float]) ->
     return figure
 
 
-def _places(cell: Any, links: list[np.ndarray]) -> dict[str, np.ndarray]:
+def _places(cell: kr5.cell.Cell, links: list[np.ndarray]) -> dict[str, np.ndarray]:
     """Where the parts of a cell are, in the base [m]."""
     places = {f"joint{i + 1}": T[:3, 3] for i, T in enumerate(links[:-1])}
     carried = {
@@ -262,7 +266,7 @@ def _places(cell: Any, links: list[np.ndarray]) -> dict[str, np.ndarray]:
     return places
 
 
-def _draw_arm(axes: Any, links: list[np.ndarray], states: dict[str, dict[str, Any]]) -> None:
+def _draw_arm(axes: "Axes3D", links: list[np.ndarray], states: dict[str, dict[str, Any]]) -> None:
     """Each link, along the axis of its joint and across to the next, in the colour of the joint."""
     for i, (T, after) in enumerate(pairwise(links)):
         start, end, z = T[:3, 3], after[:3, 3], T[:3, 2]
@@ -272,7 +276,7 @@ def _draw_arm(axes: Any, links: list[np.ndarray], states: dict[str, dict[str, An
         axes.plot(*way.T, color=paint, linewidth=6.5, solid_capstyle="round")
 
 
-def _draw_parts(axes: Any, places: dict[str, np.ndarray], states: dict[str, dict[str, Any]]) -> None:
+def _draw_parts(axes: "Axes3D", places: dict[str, np.ndarray], states: dict[str, dict[str, Any]]) -> None:
     """Marks of what has a place, and labels of what has a gap to write beside it."""
     labels = dict(places)
     if "tool" in places:  # what acts at the tip has a label, no place of its own
@@ -288,7 +292,7 @@ def _draw_parts(axes: Any, places: dict[str, np.ndarray], states: dict[str, dict
             axes.text(*place, f"   {part_text(part)} {state['gap']:.1f}", fontsize=9, zorder=30)
 
 
-def _set_view(axes: Any, places: list[np.ndarray]) -> None:
+def _set_view(axes: "Axes3D", places: list[np.ndarray]) -> None:
     """A cube that holds the places and the base."""
     low, high = (f([*places, np.zeros(3)], axis=0) for f in (np.min, np.max))
     half = 0.5 * float((high - low).max())
@@ -301,7 +305,7 @@ def _set_view(axes: Any, places: list[np.ndarray]) -> None:
 
 
 def plots_of(
-    evidence: Evidence | None, found: Any, parts: list[dict[str, Any]], q: list[float], most: int = 4
+    evidence: Evidence | None, found: kr5.gap.Diagnosis, parts: list[dict[str, Any]], q: list[float], most: int = 4
 ) -> list[Plot]:
     """Every plot of a diagnosis; without its recording only those of the JSON. Close the figures after use."""
     out = []
@@ -355,7 +359,7 @@ def plots_of(
     return out
 
 
-def worst_columns(evidence: Evidence, found: Any, most: int) -> list[Any]:
+def worst_columns(evidence: Evidence, found: kr5.gap.Diagnosis, most: int) -> list[kr5.gap.ColumnExcess]:
     """The places whose residuals are worth a look: the first column of each part, and of what stays unexplained; two at
     least. Without a gap, the widest column, to see what noise looks like."""
     where = found.where

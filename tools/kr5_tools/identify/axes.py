@@ -32,12 +32,12 @@ from kr5_tools.cli.terminal import Console, console, fail, spinner
 from kr5_tools.identify.axis_chain import chain_of
 from kr5_tools.identify.image_turns import Mount, image_turn
 from kr5_tools.identify.turn_checks import (
-    home_point_doubts,
-    length_doubts,
+    home_point_warnings,
+    length_warnings,
     near_parallel,
-    nominal_doubts,
-    shifted_doubts,
-    uneven_doubts,
+    nominal_warnings,
+    shift_warnings,
+    uneven_warnings,
 )
 
 app = typer.Typer()
@@ -190,8 +190,13 @@ def _listed(names: list[str]) -> str:
 
 
 def _upright_axis(
-    source: Path, wanted: TableOptions, camera: Path | None, target: str | None, mount: str, options: Any
-) -> Any:
+    source: Path,
+    wanted: TableOptions,
+    camera: Path | None,
+    target: str | None,
+    mount: str,
+    options: calibration.JointAxisOptions,
+) -> calibration.JointAxisResult:
     """Axis 6 with the forearm upright."""
     samples, labels = image_turn(source, camera, target, mount) if source.is_dir() else _table_turn(source, wanted)
     result = calibration.identify_joint_axis(samples, options)
@@ -200,7 +205,9 @@ def _upright_axis(
     return result
 
 
-def _add_lengths(keys: dict[str, Any], results: list[Any], sixth_upright: Any) -> None:
+def _add_lengths(
+    keys: dict[str, Any], results: list[calibration.JointAxisResult], sixth_upright: calibration.JointAxisResult
+) -> None:
     """Lengths from distances of parallel axes, beside those from the common normals."""
     if len(results) != 6:
         fail(f"--upright: the arm has {len(results)} joints; the distances of parallel axes are those of six")
@@ -230,7 +237,7 @@ def _commonest(column: np.ndarray) -> float:
     return float(column[int(np.argmax(near))])
 
 
-def _drawn(result: Any, random: np.random.Generator) -> Any:
+def _drawn(result: calibration.JointAxisResult, random: np.random.Generator) -> kinematics.AxisLine:
     """An axis as it may be, by its covariance."""
     x, y, rx, ry = random.multivariate_normal(np.zeros(4), result.covariance)
     T = np.asarray(result.T_world_axis)
@@ -241,7 +248,7 @@ def _drawn(result: Any, random: np.random.Generator) -> Any:
 
 
 def _keys(
-    files: list[Path], turns: Turns, results: list[Any], nominal: kr5.kinematics.DhChain | None
+    files: list[Path], turns: Turns, results: list[calibration.JointAxisResult], nominal: kr5.kinematics.DhChain | None
 ) -> dict[str, Any]:
     home = turns.home
     first = turns.samples[-1][0]
@@ -267,12 +274,12 @@ def _keys(
         if r.outliers:
             names = _listed([turns.labels[k][i] for i in r.outliers])
             warnings.append(f"joint {k + 1}: left out because they contradict the others: {names}")
-    warnings += shifted_doubts(turns.labels, results)
-    warnings += uneven_doubts(turns.samples, turns.labels, results)
-    warnings += home_point_doubts(turns.samples, turns.labels, results, home)
-    warnings += length_doubts(chain)
+    warnings += shift_warnings(turns.labels, results)
+    warnings += uneven_warnings(turns.samples, turns.labels, results)
+    warnings += home_point_warnings(turns.samples, turns.labels, results, home)
+    warnings += length_warnings(chain)
     if nominal is not None:
-        warnings += nominal_doubts(chain, nominal, home)
+        warnings += nominal_warnings(chain, nominal, home)
     worst = min(range(len(results)), key=lambda k: results[k].quality)
     text = (
         f"{len(results)} axes; the least certain is that of joint {worst + 1}, whose singular values are"
@@ -289,7 +296,7 @@ def _keys(
     }
 
 
-def _show(results: list[Any], data: dict[str, Any], out: Console) -> None:
+def _show(results: list[calibration.JointAxisResult], data: dict[str, Any], out: Console) -> None:
     print_result(data, out)
     rows = []
     for k, r in enumerate(results):

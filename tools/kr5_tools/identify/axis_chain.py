@@ -1,12 +1,10 @@
 """The chain of an arm that follows from its joint axes."""
 
-from typing import Any
-
 import numpy as np
 from kr5 import kinematics
 
 
-def chain_of(lines: list[Any], home: np.ndarray, end: np.ndarray) -> Any:
+def chain_of(lines: list[kinematics.AxisLine], home: np.ndarray, end: np.ndarray) -> kinematics.DhChain:
     """The arm whose last frame has its origin where the measured thing is when every joint is at home."""
     z = lines[-1].direction
     x = np.linalg.svd(z[None])[2][1]

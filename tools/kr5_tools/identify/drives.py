@@ -28,7 +28,7 @@ GROUP = Role("group", "number of the experiment", needed=False)
 app = typer.Typer()
 
 
-@app.command(epilog="Example: kr5 identify drives readings.csv --angle deg --common-zero -o drives.json")
+@app.command(epilog="Example: kr5 identify drives readings.csv --angle-unit deg --common-zero -o drives.json")
 @options_from(identification.DriveOptions, skip=("counts_per_turn",))
 def drives(
     file: Annotated[
@@ -119,7 +119,7 @@ def result_keys(file: Path, result: kr5.identification.DriveResult) -> dict[str,
         for k, v in enumerate(result.counts_per_turn)
         if np.isfinite(v)
     ]
-    doubts = [
+    warnings = [
         (
             f"motor {o.motor}, row {o.reading}: the joint angle is {180 / np.pi * o.residual:.3g} deg off"
             " the value by the other readings, and was left out"
@@ -127,13 +127,13 @@ def result_keys(file: Path, result: kr5.identification.DriveResult) -> dict[str,
         for o in result.outliers
     ]
     untold = [w for w in result.warnings if "the readings do not show whether" in w]
-    doubts += [w for w in result.warnings if w not in untold]
+    warnings += [w for w in result.warnings if w not in untold]
     if untold:
-        doubts.append(f"{len(untold)} couplings are not determined, for example {untold[0]}")
+        warnings.append(f"{len(untold)} couplings are not determined, for example {untold[0]}")
     text = f"{len(result.couplings)} couplings between joints and motors"
     return {
         "input": {"file": str(file)},
-        "verdict": {"word": "doubtful" if doubts else "good", "text": "; ".join([text, *doubts])},
+        "verdict": {"word": "doubtful" if warnings else "good", "text": "; ".join([text, *warnings])},
         "figures": figures,
         "result": result.to_dict(),
     }

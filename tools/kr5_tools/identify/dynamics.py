@@ -20,11 +20,11 @@ from kr5_tools.cli.terminal import Console, console, fail, spinner
 from kr5_tools.identify.dynamics_errors import error_rows
 from kr5_tools.identify.dynamics_parts import SHOWN_SAMPLES, Part, condition_parts
 from kr5_tools.identify.identified_cell import expected_bodies, write_identified_cell
-from kr5_tools.identify.motion_logs import conditioning_of, log_and_terms_options, read_motions
+from kr5_tools.identify.motion_logs import MotionLogs, conditioning_of, log_and_terms_options, read_motions
 
 app = typer.Typer()
 DOUBTFUL_CONDITION = 1000.0
-OVERFIT = 1.5  # held-out error over fitted error that is a reason for doubt
+OVERFIT = 1.5  # held-out error over fitted error that is a reason for a warning
 
 
 @app.command(epilog="Example: kr5 identify dynamics recordings/monday --choose-terms -o dynamics.json")
@@ -135,7 +135,7 @@ def base_unit(expression: str) -> str:
 
 
 def result_keys(
-    source: Path, motions: Any, result: kr5.identification.DynamicsResult, fit: Part, check: Part
+    source: Path, motions: MotionLogs, result: kr5.identification.DynamicsResult, fit: Part, check: Part
 ) -> dict[str, Any]:
     """What the result file holds beside its head."""
     base, seen = result.base, result.observability
@@ -168,7 +168,7 @@ def result_keys(
             "estimate": {
                 "estimator": str(result.estimator),
                 "prior_spread": result.prior_spread,
-                "least_speed": result.least_speed,
+                "min_speed": result.min_speed,
             },
             "conditioning": {
                 "cutoff": fit.parts[0].cutoff,
@@ -185,21 +185,21 @@ def result_keys(
 def verdict_of(
     result: kr5.identification.DynamicsResult, errors: dict[str, Any], findings: list[dict[str, Any]]
 ) -> dict[str, str]:
-    """Good unless the data leave doubts, which are named."""
-    seen, doubts = result.observability, [f["text"] for f in findings if str(f["severity"]) == "warning"]
+    """Good unless the data leave warnings, which are named."""
+    seen, warnings = result.observability, [f["text"] for f in findings if str(f["severity"]) == "warning"]
     if seen.unidentifiable:
-        doubts.append(
+        warnings.append(
             f"the motion does not determine {len(seen.unidentifiable)} combinations:"
             f" {', '.join(seen.unidentifiable[:4])}"
         )
     if seen.scaled_condition > DOUBTFUL_CONDITION:
-        doubts.append(f"condition number {seen.scaled_condition:.3g}, so some parameters are determined poorly")
+        warnings.append(f"condition number {seen.scaled_condition:.3g}, so some parameters are determined poorly")
     text = f"{result.base.size} base parameters; torque error {100 * errors['fitted']['total']:.3g} % fitted"
     if "held_out" in errors:
         text += f", {100 * errors['held_out']['total']:.3g} % held out"
         if errors["held_out"]["total"] > OVERFIT * errors["fitted"]["total"]:
-            doubts.append("torques of the held-out part are predicted much worse than those that were fitted")
-    return {"word": "doubtful" if doubts else "good", "text": "; ".join([text, *doubts])}
+            warnings.append("torques of the held-out part are predicted much worse than those that were fitted")
+    return {"word": "doubtful" if warnings else "good", "text": "; ".join([text, *warnings])}
 
 
 def _show(keys: dict[str, Any], result: kr5.identification.DynamicsResult, out: Console) -> None:

@@ -1,5 +1,6 @@
 """Page of identified dynamics: torques by joint, errors, base parameters, findings."""
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -64,7 +65,7 @@ def write_page(data: ResultData, source: str, output: Path, png: Path | None) ->
     return write_tables_page(data, "Dynamics of the arm", "kr5 identify dynamics", source, parts, output, png)
 
 
-def page_part(title: str, tables: list[dict[str, Any]], texts: list[str]) -> dict[str, Any]:
+def page_part(title: str, tables: Sequence[Mapping[str, object]], texts: list[str]) -> dict[str, Any]:
     """A part of a page without plots."""
     return {"title": title, "texts": texts, "plots": [], "tables": tables}
 

@@ -7,7 +7,7 @@ import kr5.identification
 import numpy as np
 from kr5 import identification
 
-from kr5_tools.identify.motion_logs import require_usable
+from kr5_tools.identify.motion_logs import MotionLogs, require_usable
 
 SHOWN_SAMPLES = 1500  # of each part, in the result file
 
@@ -27,7 +27,7 @@ class Part:
         return np.vstack([p.tau_measured for p in self.parts])
 
 
-def condition_parts(motions: Any, options: kr5.identification.ConditioningOptions) -> tuple[Part, Part]:
+def condition_parts(motions: MotionLogs, options: kr5.identification.ConditioningOptions) -> tuple[Part, Part]:
     """Both parts conditioned alike; ends with every error that is found."""
     fit, check = [identification.condition_log(log, options) for log in motions.fit], []
     if all(p.usable for p in fit) and options.cutoff == 0:

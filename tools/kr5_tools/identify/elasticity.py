@@ -40,7 +40,9 @@ LINK_TORQUES = Role(
 MOST_SHOWN = 600  # readings of a result file, for its plot
 
 
-@app.command(epilog="Example: kr5 identify elasticity readings.csv --torque-noise 2 --angle deg -o elasticity.json")
+@app.command(
+    epilog="Example: kr5 identify elasticity readings.csv --torque-noise 2 --angle-unit deg -o elasticity.json"
+)
 @options_from(identification.ElasticityOptions, skip=("torque_noise",))
 def elasticity(
     file: Annotated[
@@ -123,7 +125,8 @@ def read_readings(file: Path, wanted: TableOptions, believed: kr5.cell.Cell | No
         slides = [str(joint.type) == "prismatic" for joint in believed.nominal_chain().joints]
         if n > len(slides) or (any(slides) and table.units["q"] != "rad"):
             fail(
-                f"{file}: the cell has {len(slides)} joints, found {n}; the values of slides are in m, without --angle"
+                f"{file}: the cell has {len(slides)} joints, found {n}; the values of slides are in m,"
+                " without --angle-unit"
             )
     if "tau" in table:
         torque = _of_joints(table["tau"], n)
@@ -154,9 +157,14 @@ def gravity_torques(file: Path, believed: kr5.cell.Cell, q: np.ndarray) -> np.nd
     return out
 
 
-def result_keys(file: Path, readings: Any, result: Any, options: Any) -> dict[str, Any]:
+def result_keys(
+    file: Path,
+    readings: identification.ElasticityReadings,
+    result: identification.ElasticityResult,
+    options: identification.ElasticityOptions,
+) -> dict[str, Any]:
     """What the result file holds beside its head."""
-    figures, doubts = [], []
+    figures, warnings = [], []
     for s in result.joints:
         if s.told:
             std = s.stiffness**2 * s.compliance_std
@@ -171,7 +179,7 @@ def result_keys(file: Path, readings: Any, result: Any, options: Any) -> dict[st
             name = f"compliance of joint {s.joint} by least squares over the true one"
             figures.append(figure_row(name, s.attenuation, None, "-"))
         if s.message != "stiffness determined":
-            doubts.append(f"joint {s.joint}: {s.message}")
+            warnings.append(f"joint {s.joint}: {s.message}")
     every = max(1, len(readings.link) // MOST_SHOWN)
     lead = np.asarray(readings.motor) - np.asarray(readings.link)
     told = sum(s.told for s in result.joints)
@@ -180,7 +188,7 @@ def result_keys(file: Path, readings: Any, result: Any, options: Any) -> dict[st
         text += ", from torques that are taken as exact (--torque-noise)"
     return {
         "input": {"file": str(file), "options": options.to_dict()},
-        "verdict": {"word": "doubtful" if doubts else "good", "text": "; ".join([text, *doubts])},
+        "verdict": {"word": "doubtful" if warnings else "good", "text": "; ".join([text, *warnings])},
         "figures": figures,
         "result": {**result.to_dict(), "lead": lead[::every], "torque": np.asarray(readings.torque)[::every]},
     }

@@ -132,14 +132,16 @@ def _stacked(table: Table, roles: Sequence[str]) -> np.ndarray:
     return np.column_stack([table[role] for role in roles])
 
 
-def put_sensor(believed: kr5.cell.Cell, found: Any) -> None:
+def put_sensor(believed: kr5.cell.Cell, found: identification.ForceTorqueResult) -> None:
     """Tool, sensor and its orientation into a cell."""
     identification.set_tool_mass(believed, found.mass, found.com)
     believed.tool.T_flange_sensor = found.T_flange_sensor
     identification.set_wrench_sensor(believed, found)
 
 
-def _keys(source: Path, readings: list[Any], found: Any) -> dict[str, Any]:
+def _keys(
+    source: Path, readings: list[identification.ForceTorqueReading], found: identification.ForceTorqueResult
+) -> dict[str, Any]:
     warnings = list(found.warnings)
     if found.outliers:
         listed = ", ".join(str(i + 1) for i in found.outliers[:8])

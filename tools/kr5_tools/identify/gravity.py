@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import kr5.cell
+import kr5.kinematics
 import numpy as np
 import typer
 from kr5 import cell, identification
@@ -135,7 +136,9 @@ def slow_log(log: Path, believed: kr5.cell.Cell, wanted: TableOptions) -> Any:
     return log_of_arm
 
 
-def slow_motion(file: Path, log: Any, options: Any) -> tuple[Any, list[Any]]:
+def slow_motion(
+    file: Path, log: identification.JointLog, options: identification.ConditioningOptions
+) -> tuple[identification.JointMotion, list[identification.LogFinding]]:
     """The motion of a log and what was found in it. Torques are not smoothed, which would blur the friction that both
     directions tell apart; a joint that never moved has no moment to be told, and is no fault here."""
     options.smooth_torques = False
@@ -145,12 +148,12 @@ def slow_motion(file: Path, log: Any, options: Any) -> tuple[Any, list[Any]]:
     return got.motion, [f for f in got.findings if str(f.severity) == "warning" and str(f.fault) != "never_moved"]
 
 
-def put_gravity(believed: kr5.cell.Cell, found: Any) -> None:
+def put_gravity(believed: kr5.cell.Cell, found: identification.GravityResult) -> None:
     """First moments of the links, less the tool's; and the friction that was found."""
     links = list(believed.robot.links)
     tool = believed.tool
     carried = tool.mass if tool is not None else 0.0
-    moment = carried * _tool_centre(tool) if carried else np.zeros(3)
+    moment = carried * _tool_centre(tool) if tool is not None and carried else np.zeros(3)
     last = links[-1]
     own_mass = last.mass
     total = own_mass + carried
@@ -174,13 +177,15 @@ def put_gravity(believed: kr5.cell.Cell, found: Any) -> None:
         believed.drives = drives
 
 
-def _tool_centre(tool: Any) -> np.ndarray:
+def _tool_centre(tool: cell.Tool) -> np.ndarray:
     """Centre of mass of the tool in the flange frame; its com is given in that of the sensor."""
     T = np.asarray(tool.T_flange_sensor)
     return np.asarray(T[:3, :3] @ np.asarray(tool.com) + T[:3, 3])
 
 
-def _keys(found: Any, motion: Any, findings: list[Any]) -> dict[str, Any]:
+def _keys(
+    found: identification.GravityResult, motion: identification.JointMotion, findings: list[identification.LogFinding]
+) -> dict[str, Any]:
     model = found.model
     sigma = np.sqrt(np.diag(model.covariance))
     told = np.abs(model.untold).max(axis=1, initial=0.0) < 1e-9 if model.untold.size else np.full(len(sigma), True)
@@ -214,7 +219,7 @@ def _keys(found: Any, motion: Any, findings: list[Any]) -> dict[str, Any]:
     }
 
 
-def _show(found: Any, chain: Any, out: Console) -> None:
+def _show(found: identification.GravityResult, chain: kr5.kinematics.DhChain, out: Console) -> None:
     rows = []
     for j, size in enumerate(found.torque_rms):
         share = 100 * float(found.held_out_rms[j] / size) if size > 0 else None
@@ -236,7 +241,12 @@ def _show(found: Any, chain: Any, out: Console) -> None:
     out.print(make_table("Slow motion", names, rows))
 
 
-def _add_planar(keys: dict[str, Any], motion: Any, chain: Any, options: Any) -> None:
+def _add_planar(
+    keys: dict[str, Any],
+    motion: identification.JointMotion,
+    chain: kr5.kinematics.DhChain,
+    options: identification.GravityOptions,
+) -> None:
     """Harmonics of the joints in a plane, beside the general model."""
     angles = identification.gravity_angles(chain, np.median(motion.q, axis=0), options.gravity)
     found = identification.identify_planar_gravity(motion, angles, options)
@@ -250,7 +260,13 @@ def _add_planar(keys: dict[str, Any], motion: Any, chain: Any, options: Any) -> 
     keys["result"]["planar"] = found.to_dict()
 
 
-def _add_limits(keys: dict[str, Any], believed: kr5.cell.Cell, found: Any, motion: Any, options: Any) -> Any:
+def _add_limits(
+    keys: dict[str, Any],
+    believed: kr5.cell.Cell,
+    found: identification.GravityResult,
+    motion: identification.JointMotion,
+    options: identification.PassiveLimitOptions,
+) -> Any:
     """Current limits for the postures of the log, and their table; None where gravity is not known well enough."""
     if believed.tool is not None:
         options.T_flange_tool = believed.tool.T_flange_tool
@@ -277,7 +293,7 @@ def _add_limits(keys: dict[str, Any], believed: kr5.cell.Cell, found: Any, motio
             keys["figures"].append(figure_row(f"contact force: {name}", float(finite.max()), None, "N"))
     if options.contact_force > 0:
         label = f"maximum margin that gives way at {options.contact_force:.0f} N"
-        keys["figures"].append(figure_row(label, 100 * limits.greatest_margin, None, "%"))
+        keys["figures"].append(figure_row(label, 100 * limits.max_margin, None, "%"))
     keys["result"]["limits"] = limits.to_dict()
     names = ["motor", "limit [A]", "holding [A]", "friction [A]", "uncertainty [A]"]
     return make_table(f"Current limits, {100 * options.margin:.0f} % above the need", names, rows)

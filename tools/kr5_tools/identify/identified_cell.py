@@ -48,7 +48,7 @@ def tool_body(cell: kr5.cell.Cell) -> Any:
     return kinematics.transformed_body(T, body)
 
 
-def standard_parameters(body: Any) -> list[float]:
+def standard_parameters(body: kinematics.Body) -> list[float]:
     """The ten of a body in the order of the regressor: inertia, moments, mass."""
     m, cx, cy, cz, *second = np.asarray(kinematics.inertial_parameters(body))
     return [*second, cx, cy, cz, m]
@@ -92,7 +92,7 @@ def write_identified_cell(
         )
     options.estimator, options.prior_bodies = "consistent", prior
     options.choose_terms = options.choose_estimate = False
-    options.prior_spread, options.least_speed = result.prior_spread, result.least_speed
+    options.prior_spread, options.min_speed = result.prior_spread, result.min_speed
     model, left_out = terms_of_a_cell(result.model)
     found = identification.identify_dynamics(without_tool(cell, motion, model), model, options)
     if not found.fit.usable:

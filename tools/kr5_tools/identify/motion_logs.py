@@ -2,7 +2,7 @@
 
 import re
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -177,7 +177,9 @@ def _log_motions(source: Path, map: Map) -> MotionLogs:
     return out
 
 
-def _mapped_log(cell: kr5.cell.Cell, log: Log, map: Map, sources: dict[str, Any], note: Any) -> Any:
+def _mapped_log(
+    cell: kr5.cell.Cell, log: Log, map: Map, sources: Mapping[str, object], note: Callable[[str], None]
+) -> Any:
     named = {name: s for name, s in sources.items() if isinstance(s, Source) and s.names}
     q = named.get("q") or named.get("qc")
     load = named.get("tau") or named.get("i")
@@ -216,7 +218,7 @@ def _times(log: Log, map: Map, rows: int) -> np.ndarray:
     return np.asarray(stamps_s - np.nanmin(stamps_s) + clock.offset)
 
 
-def _speeds(log: Log, q: Source, cell: kr5.cell.Cell, note: Any) -> dict[str, Any]:
+def _speeds(log: Log, q: Source, cell: kr5.cell.Cell, note: Callable[[str], None]) -> dict[str, Any]:
     """Logged speeds, when a family of columns is named like them; taken in the unit of the positions."""
     found = find_families(log, list(cell.robot.joint_names), len(q.names)).first("qd")
     if found is None:
@@ -241,7 +243,7 @@ def _numbered(log: Log) -> dict[str, list[str]]:
     }
 
 
-def _temperatures(log: Log, t: np.ndarray, joints: int, note: Any) -> dict[str, Any]:
+def _temperatures(log: Log, t: np.ndarray, joints: int, note: Callable[[str], None]) -> dict[str, Any]:
     """Logged temperatures in deg C, when a column a joint, or one for all, is named like them. The unit stands in the
     name or follows from the size; a slow sensor's missing numbers are interpolated."""
     families = {word: names for word, names in _numbered(log).items() if len(names) == joints}
@@ -284,7 +286,7 @@ def log_and_terms_options(command: Callable[..., Any]) -> Callable[..., Any]:
     return options_from(identification.ConditioningOptions, skip=FROM_THE_CELL, argument="log")(with_terms)
 
 
-def require_usable(parts: list[Any], where: str = "") -> None:
+def require_usable(parts: list[identification.ConditionedMotion], where: str = "") -> None:
     """Ends with every error that conditioning found in logs."""
     bad = [p for p in parts if not p.usable]
     if bad:

@@ -105,7 +105,7 @@ def payload(
     write_json(data, json_file)
 
 
-def conditioned(motions: Any, log: kr5.identification.ConditioningOptions) -> Any:
+def conditioned(motions: MotionLogs, log: kr5.identification.ConditioningOptions) -> identification.JointMotion:
     """All motions of a source as one; a payload needs none that are held out."""
     options = conditioning_of(identification.ConditioningOptions.from_dict(log.to_dict()), motions.cell)
     motions.fit, motions.check = [*motions.fit, *motions.check], []
@@ -113,7 +113,9 @@ def conditioned(motions: Any, log: kr5.identification.ConditioningOptions) -> An
     return merged_motion([p.motion for p in fit.parts])
 
 
-def identified_arm(bare: MotionLogs, motion: kr5.identification.JointMotion, terms: Any, source: Path) -> Any:
+def identified_arm(
+    bare: MotionLogs, motion: kr5.identification.JointMotion, terms: identification.JointTerms, source: Path
+) -> identification.DynamicsResult:
     """The arm without the load."""
     model = arm_model(bare.cell, [terms] * bare.cell.robot.joints)
     with spinner("Identifying the arm without the load"):
@@ -142,7 +144,7 @@ def load_curves(
 
 
 def result_keys(
-    source: Path, without: Path | None, motions: Any, result: kr5.identification.PayloadResult
+    source: Path, without: Path | None, motions: MotionLogs, result: kr5.identification.PayloadResult
 ) -> dict[str, Any]:
     """What the result file holds beside its head."""
     body, sigma = result.body, np.sqrt(np.diag(np.asarray(result.covariance)))
@@ -170,23 +172,23 @@ def result_keys(
 
 
 def verdict_of(result: kr5.identification.PayloadResult, compared: bool) -> dict[str, str]:
-    """Good unless the data leave doubts, which are named."""
-    doubts = []
+    """Good unless the data leave warnings, which are named."""
+    warnings = []
     if abs(result.body.mass) < SEEN * result.mass_deviation:
-        doubts.append("the mass is not distinguishable from 0")
+        warnings.append("the mass is not distinguishable from 0")
     elif not result.possible:
-        doubts.append(
+        warnings.append(
             "no such body can exist: the inertia is determined too poorly; mass and centre of mass may still be right"
         )
     if not compared:
-        doubts.append(
+        warnings.append(
             "the masses and friction of the cell are trusted; their errors are not in the standard deviations"
         )
     text = (
         f"{result.body.mass:.3g} kg; torque error {100 * result.fitted.total:.3g} % with the load,"
         f" {100 * result.without.total:.3g} % without"
     )
-    return {"word": "doubtful" if doubts else "good", "text": "; ".join([text, *doubts])}
+    return {"word": "doubtful" if warnings else "good", "text": "; ".join([text, *warnings])}
 
 
 def _show(result: kr5.identification.PayloadResult, out: Console) -> None:

@@ -115,7 +115,7 @@ def _table_log(file: Path, joint: list[int] | None, wanted: TableOptions) -> Any
     return identification.ServoLog(t=table["t"], command=command, response=response, run_starts=table.run_starts())
 
 
-def put_servo(believed: kr5.cell.Cell, name: str, found: Any) -> None:
+def put_servo(believed: kr5.cell.Cell, name: str, found: identification.ServoResult) -> None:
     """The servo into a cell, which has no place for its gain."""
     if name == PATH:
         identification.set_path_servo(believed, found.servo, found.cycle)
@@ -123,7 +123,7 @@ def put_servo(believed: kr5.cell.Cell, name: str, found: Any) -> None:
         identification.set_joint_servo(believed, int(name.split()[1]) - 1, found.servo, found.cycle)
 
 
-def figures_of(name: str, found: Any) -> list[dict[str, Any]]:
+def figures_of(name: str, found: identification.ServoResult) -> list[dict[str, Any]]:
     std = np.sqrt(np.diag(found.covariance))
     unit, scale = ("mm", 1e3) if name == PATH else ("mrad", 1e3)
     rows = [
@@ -133,7 +133,7 @@ def figures_of(name: str, found: Any) -> list[dict[str, Any]]:
         figure_row(f"{name}: delay in cycles", found.servo.delay / found.cycle, float(std[2]) / found.cycle, "-"),
         figure_row(f"{name}: gain", found.gain, float(std[3]), "-"),
         figure_row(f"{name}: noise", scale * found.noise, None, unit),
-        figure_row(f"{name}: maximum speed", scale * found.greatest_speed, None, f"{unit}/s"),
+        figure_row(f"{name}: maximum speed", scale * found.max_speed, None, f"{unit}/s"),
     ]
     if (by := found.overshoot) is not None:
         rows += [

@@ -154,7 +154,7 @@ class Errors:
     values: np.ndarray
 
 
-def chain_errors(found: Any, true: Any) -> Errors:
+def chain_errors(found: kinematics.DhChain, true: kinematics.DhChain) -> Errors:
     """Errors of a found chain [m and rad]. The last row ends in whatever was measured, and where the first frame lies
     along axis 1 is a matter of choice; beside parallel axes b is, too."""
     names, lengths, values = [], [], []
@@ -221,7 +221,7 @@ def simulate(
     }
 
 
-def _axis(measured: list[Any]) -> tuple[Any, str]:
+def _axis(measured: list[calibration.JointSample]) -> tuple[calibration.JointAxisResult | None, str]:
     """The axis, or why there is none."""
     if len(measured) < 6:
         return None, f"the target was seen in {len(measured)} postures only"

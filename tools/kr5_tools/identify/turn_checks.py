@@ -1,7 +1,5 @@
 """Reasons to doubt turns of several joints together: what no single arc shows."""
 
-from typing import Any
-
 import kr5.calibration
 import kr5.kinematics
 import numpy as np
@@ -20,7 +18,11 @@ def near_parallel(joint: kr5.kinematics.DhJoint) -> bool:
     return bool(across < NEAR_PARALLEL)
 
 
-def uneven_doubts(turns: list[list[Any]], labels: list[list[str]], results: list[Any]) -> list[str]:
+def uneven_warnings(
+    turns: list[list[kr5.calibration.JointSample]],
+    labels: list[list[str]],
+    results: list[kr5.calibration.JointAxisResult],
+) -> list[str]:
     """Joints whose samples scatter much more than those of the others, and where that begins."""
     noise = np.array([r.sigma_position for r in results])
     if len(noise) < 3:
@@ -30,7 +32,7 @@ def uneven_doubts(turns: list[list[Any]], labels: list[list[str]], results: list
         usual = float(np.median(np.delete(noise, k)))
         if noise[k] < UNEVEN * max(usual, 1e-9):
             continue
-        at = _greatest_step(turns[k], result)
+        at = _max_step(turns[k], result)
         where = f"; the greatest step is before {labels[k][at]}" if at else ""
         out.append(
             f"joint {k + 1} ({labels[k][0]} to {labels[k][-1]}): the samples are {1e3 * noise[k]:.2g} mm off their"
@@ -40,7 +42,7 @@ def uneven_doubts(turns: list[list[Any]], labels: list[list[str]], results: list
     return out
 
 
-def _greatest_step(turn: list[Any], result: kr5.calibration.JointAxisResult) -> int:
+def _max_step(turn: list[kr5.calibration.JointSample], result: kr5.calibration.JointAxisResult) -> int:
     """Sample before which the places leave the course of those before most."""
     inverse = np.linalg.inv(result.T_world_axis)
     local = np.array([(inverse @ np.append(_place(s), 1))[:3] for s in turn])
@@ -51,7 +53,7 @@ def _greatest_step(turn: list[Any], result: kr5.calibration.JointAxisResult) -> 
     return int(np.argmax(steps)) + 1
 
 
-def shifted_doubts(labels: list[list[str]], results: list[Any]) -> list[str]:
+def shift_warnings(labels: list[list[str]], results: list[kr5.calibration.JointAxisResult]) -> list[str]:
     """Joints of which each has its first, or each its last, sample wrong: the list of measurements is one row off."""
     if len(results) < 3:
         return []
@@ -67,7 +69,7 @@ def shifted_doubts(labels: list[list[str]], results: list[Any]) -> list[str]:
     return []
 
 
-def nominal_doubts(chain: kr5.kinematics.DhChain, nominal: kr5.kinematics.DhChain, home: np.ndarray) -> list[str]:
+def nominal_warnings(chain: kr5.kinematics.DhChain, nominal: kr5.kinematics.DhChain, home: np.ndarray) -> list[str]:
     """A mirrored or scaled measurement, by the nominal arm."""
     if len(nominal.joints) != len(chain.joints):
         return [f"{len(chain.joints)} axes were found, the cell's arm has {len(nominal.joints)} joints"]
@@ -90,13 +92,17 @@ def nominal_doubts(chain: kr5.kinematics.DhChain, nominal: kr5.kinematics.DhChai
         return ["the arm is the mirror image of the cell's: an axis of the device is reversed, or two changed places"]
     if abs(scale - 1) > max(OTHER_SCALE, 3 * left):
         return [
-            f"every length is {scale:.4g} times the cell's: the scale of the device or its unit is wrong (--length)"
+            f"every length is {scale:.4g} times the cell's: the scale of the device is wrong, or its unit"
+            " (--length-unit)"
         ]
     return []
 
 
-def home_point_doubts(
-    turns: list[list[Any]], labels: list[list[str]], results: list[Any], home: np.ndarray
+def home_point_warnings(
+    turns: list[list[kr5.calibration.JointSample]],
+    labels: list[list[str]],
+    results: list[kr5.calibration.JointAxisResult],
+    home: np.ndarray,
 ) -> list[str]:
     """Joints between which the device moved: by the turn of each joint, the point is elsewhere when all stand at home.
 
@@ -120,7 +126,9 @@ def home_point_doubts(
     return out
 
 
-def _place_at_home(turn: list[Any], result: kr5.calibration.JointAxisResult, home: float) -> tuple[np.ndarray, float]:
+def _place_at_home(
+    turn: list[kr5.calibration.JointSample], result: kr5.calibration.JointAxisResult, home: float
+) -> tuple[np.ndarray, float]:
     """Where the first point, or the tool, is on the circle of a joint when the joint is at home, and about how well
     that is known [m]."""
     inverse = np.linalg.inv(result.T_world_axis)
@@ -128,7 +136,7 @@ def _place_at_home(turn: list[Any], result: kr5.calibration.JointAxisResult, hom
     inside = [i for i in inside if np.isfinite(_place(turn[i])).all()]
     back = []
     for i in inside:  # turned back about the axis by its own joint value
-        angle = home - turn[i].q
+        angle = home - _joint_value(turn[i])
         c, s = np.cos(angle), np.sin(angle)
         back.append(np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]) @ (inverse @ np.append(_place(turn[i]), 1))[:3])
     scatter = np.std(back, axis=0).max()
@@ -136,22 +144,27 @@ def _place_at_home(turn: list[Any], result: kr5.calibration.JointAxisResult, hom
     spread = max(scatter, result.sigma_position) / np.sqrt(max(1, len(back) - 5))
     lever = float(np.hypot(*np.mean(back, axis=0)[:2]))
     tilt = float(np.sqrt(np.trace(result.covariance[2:, 2:]))) * max(lever, result.arc * lever)
-    reach = max((abs(turn[i].q - home) for i in inside), default=0.0)
+    reach = max((abs(_joint_value(turn[i]) - home) for i in inside), default=0.0)
     offset = float(np.sqrt(np.trace(result.covariance[:2, :2]))) * min(1.0, reach)
     return (np.asarray(result.T_world_axis) @ np.append(np.mean(back, axis=0), 1))[:3], float(
         np.sqrt(spread**2 + tilt**2 + offset**2)
     )
 
 
+def _joint_value(sample: kr5.calibration.JointSample) -> float:
+    """NaN where none was given."""
+    return np.nan if sample.q is None else sample.q
+
+
 def _place(sample: kr5.calibration.JointSample) -> np.ndarray:
     return np.asarray(sample.T_world_tool)[:3, 3] if sample.T_world_tool is not None else sample.points[:, 0]
 
 
-def length_doubts(chain: kr5.kinematics.DhChain) -> list[str]:
+def length_warnings(chain: kr5.kinematics.DhChain) -> list[str]:
     """A unit of lengths that no arm has."""
     size = sum(abs(j.a) + abs(j.b) for j in chain.joints)
     if size > LONGEST:
-        return [f"the arm would be {size:.0f} m long: are the lengths in millimetres? (--length mm)"]
+        return [f"the arm would be {size:.0f} m long: are the lengths in millimetres? (--length-unit mm)"]
     if size < SHORTEST:
-        return [f"the arm would be {1e3 * size:.3g} mm long: are the lengths in metres? (--length m)"]
+        return [f"the arm would be {1e3 * size:.3g} mm long: are the lengths in metres? (--length-unit m)"]
     return []

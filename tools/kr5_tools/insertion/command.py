@@ -1,7 +1,7 @@
 """`kr5 insert`: one insertion of a peg into a tube in the simulated cell."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import kr5.sim
 import typer
@@ -96,7 +96,7 @@ def insert(
         raise typer.Exit(1)
 
 
-def print_insertion(result: Any, to: Console) -> None:
+def print_insertion(result: kr5.sim.InsertionResult, to: Console) -> None:
     """How each peg ended, then the figures."""
     for number, peg in enumerate(result.pegs, 1):
         to.print(messages.ending_sentence(number, peg), style="bold", soft_wrap=True, markup=False)
@@ -113,7 +113,13 @@ def print_insertion(result: Any, to: Console) -> None:
 
 
 def write_outputs(
-    result: Any, setup: Any, source: Path, to: Console, output: Path | None, csv: Path | None, png: Path | None
+    result: kr5.sim.InsertionResult,
+    setup: kr5.sim.InsertionSetup,
+    source: Path,
+    to: Console,
+    output: Path | None,
+    csv: Path | None,
+    png: Path | None,
 ) -> None:
     """Rows, plots and page, where they are wanted."""
     if csv:

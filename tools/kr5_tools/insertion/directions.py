@@ -1,11 +1,14 @@
 """Direction of the hole by the last turn: by its fit, by moments, by the least depth, beside the true one."""
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from kr5_tools.cli.numbers import NONE, format_degrees
+
+if TYPE_CHECKING:
+    import kr5.sim
 
 COLUMNS = ["by", "direction [deg]", "± std [deg]", "error [deg]"]
 TEXT = (
@@ -16,7 +19,7 @@ TEXT = (
 )
 
 
-def directions(result: Any) -> dict[str, dict[str, float | None]]:
+def directions(result: "kr5.sim.InsertionResult") -> dict[str, dict[str, float | None]]:
     """Azimuth of the hole and its standard deviation [rad], None where it is not known; empty without a turn."""
     from kr5 import force
 
@@ -41,7 +44,7 @@ def directions(result: Any) -> dict[str, dict[str, float | None]]:
     return out
 
 
-def _azimuth(way: Any) -> float:
+def _azimuth(way: np.ndarray) -> float:
     return math.atan2(way[1], way[0]) % math.tau
 
 
@@ -49,7 +52,7 @@ def _direction(azimuth: float | None, std: float | None = None) -> dict[str, flo
     return {"azimuth": None if azimuth is None else float(azimuth), "std": None if std is None else float(std)}
 
 
-def table_rows(result: Any) -> list[list[str]]:
+def table_rows(result: "kr5.sim.InsertionResult") -> list[list[str]]:
     return direction_rows(directions(result))
 
 

@@ -1,13 +1,19 @@
 """What an insertion did, phase by phase, and how each peg ended: as rows of tables and as JSON."""
 
 import math
-from typing import Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 from kr5_tools.cli.numbers import NONE
 from kr5_tools.insertion import directions
 
+if TYPE_CHECKING:
+    import kr5.io
+    import kr5.sim
+    import numpy as np
 
-def phases(rows: Any) -> list[dict[str, Any]]:
+
+def phases(rows: "kr5.io.Table") -> list[dict[str, Any]]:
     """What was done when: peg, attempt, phase, begin and duration [s]."""
     import kr5.force
     import numpy as np
@@ -30,7 +36,7 @@ def phases(rows: Any) -> list[dict[str, Any]]:
     ]
 
 
-def as_dict(result: Any, setup: Any) -> dict[str, Any]:
+def as_dict(result: "kr5.sim.InsertionResult", setup: "kr5.sim.InsertionSetup") -> dict[str, Any]:
     """All of it but the rows, in SI."""
     profile = {name: result.profile[name] for name in result.profile.columns} if len(result.profile) else {}
     return {
@@ -47,7 +53,7 @@ def as_dict(result: Any, setup: Any) -> dict[str, Any]:
     }
 
 
-def phase_rows(result: Any) -> list[list[Any]]:
+def phase_rows(result: "kr5.sim.InsertionResult") -> list[list[Any]]:
     """Of each attempt: its phases with their durations, and where in time it began."""
     return rows_of_phases(phases(result.rows))
 
@@ -69,12 +75,14 @@ def rows_of_phases(all_phases: list[dict[str, Any]]) -> list[list[Any]]:
     ]
 
 
-def peg_rows(result: Any) -> list[list[Any]]:
+def peg_rows(result: "kr5.sim.InsertionResult") -> list[list[Any]]:
     """How each peg fared, in mm."""
     return rows_of_pegs([p.to_dict() for p in result.pegs], result.T_tube_actual)
 
 
-def rows_of_pegs(pegs: list[dict[str, Any]], T_tube_actual: Any) -> list[list[Any]]:
+def rows_of_pegs(
+    pegs: list[dict[str, Any]], T_tube_actual: "Sequence[Sequence[float]] | np.ndarray"
+) -> list[list[Any]]:
     """The same of pegs as JSON holds them."""
     off = 1e3 * math.hypot(*(row[3] for row in T_tube_actual[:2]))
     return [
@@ -84,7 +92,7 @@ def rows_of_pegs(pegs: list[dict[str, Any]], T_tube_actual: Any) -> list[list[An
             p["attempts"],
             f"{p['time']:.2f}",
             f"{1e3 * p['depth']:.2f}",
-            f"{p['greatest_force']:.1f}",
+            f"{p['max_force']:.1f}",
             f"{off:.3f}",
             NONE if p["hole_error"] is None or math.isnan(p["hole_error"]) else f"{1e3 * p['hole_error']:.3f}",
         ]

@@ -1,6 +1,11 @@
 """How an insertion ended, in words, and what a user can do about it."""
 
-from typing import Any
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from types import SimpleNamespace
+
+    import kr5.sim
 
 # Reason: what happened, what to do.
 REASONS = {
@@ -52,7 +57,7 @@ REASONS = {
 }
 
 
-def ending_text(peg: Any) -> tuple[str, str]:
+def ending_text(peg: "kr5.sim.PegOutcome | SimpleNamespace") -> tuple[str, str]:
     """Whether a peg is in, and the rest of that sentence; one more on what to do about one that is not."""
     phase, reason, number = str(peg.phase), str(peg.reason), peg.attempts
     if peg.inserted:
@@ -70,7 +75,7 @@ def ending_text(peg: Any) -> tuple[str, str]:
     return "not inserted", f"{what} in the {phase} phase (attempt {number}). Possible remedy: {remedy}."
 
 
-def ending_sentence(number: int, peg: Any) -> str:
+def ending_sentence(number: int, peg: "kr5.sim.PegOutcome | SimpleNamespace") -> str:
     """How a peg ended; pegs are numbered from 1."""
     word, text = ending_text(peg)
     return f"Peg {number} {word}{' ' if peg.inserted else ': '}{text}"

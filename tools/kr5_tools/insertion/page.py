@@ -1,20 +1,26 @@
 """The page of one insertion: replay in 3D beside a close-up of the tube, what was done when, plots."""
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from kr5_tools.calibrate.plots import Plot
 from kr5_tools.insertion import directions, ending_tables, messages
 from kr5_tools.pages.rendering import embed_plot
 from kr5_tools.replay.page import make_page
 from kr5_tools.replay.runs import Run, thinned_run
 from kr5_tools.replay.signals import signal_of
 
+if TYPE_CHECKING:
+    import kr5.sim
+
 MOST_POSTURES = 1500
 
 
-def insertion_page(result: Any, setup: Any, drawn: list[Any], source: Path) -> str:
+def insertion_page(
+    result: "kr5.sim.InsertionResult", setup: "kr5.sim.InsertionSetup", drawn: list[Plot], source: Path
+) -> str:
     """The HTML."""
     look, icon = ("good", "✓") if result.inserted else ("unusable", "✗")
     return make_page(
@@ -44,7 +50,7 @@ def insertion_page(result: Any, setup: Any, drawn: list[Any], source: Path) -> s
     )
 
 
-def _turn(result: Any) -> list[tuple[Any, ...]]:
+def _turn(result: "kr5.sim.InsertionResult") -> list[tuple[Any, ...]]:
     rows = directions.table_rows(result)
     return (
         [("Direction of the hole by the last turn", "numbers", directions.COLUMNS, rows, directions.TEXT)]
@@ -53,11 +59,11 @@ def _turn(result: Any) -> list[tuple[Any, ...]]:
     )
 
 
-def page_title(setup: Any) -> str:
+def page_title(setup: "kr5.sim.InsertionSetup") -> str:
     return f"Insertion at {1e3 * setup.clearance:g} mm clearance, {np.degrees(setup.tilt):.3g}° tilt"
 
 
-def setup_rows(setup: Any) -> list[tuple[str, str]]:
+def setup_rows(setup: "kr5.sim.InsertionSetup") -> list[tuple[str, str]]:
     x, y = (1e3 * v for v in setup.offset)
     return [
         ("clearance", f"{1e3 * setup.clearance:g} mm"),
@@ -85,7 +91,7 @@ SIGNALS = {
 }
 
 
-def replay_run(result: Any) -> Run:
+def replay_run(result: "kr5.sim.InsertionResult") -> Run:
     """Postures over time, thinned out, with the phase that begins at each time, and the signals of the peg."""
     rows, n = result.rows, result.cell.robot.joints
     t, q = np.asarray(rows["t"]), np.column_stack([rows[f"q{i + 1}"] for i in range(n)])
@@ -102,6 +108,6 @@ def replay_run(result: Any) -> Run:
     return thinned_run(run, MOST_POSTURES)
 
 
-def true_tube(result: Any) -> np.ndarray:
+def true_tube(result: "kr5.sim.InsertionResult") -> np.ndarray:
     """Pose of the tube in the base, where it really stands."""
     return np.asarray(np.array(result.cell.tube.T_base_tube) @ result.T_tube_actual)

@@ -1,16 +1,22 @@
 """The plots of one insertion: profile, forces, height, path over the face of the tube."""
 
 import math
-from typing import Any
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import kr5.force
+import kr5.io
 import numpy as np
+import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from kr5_tools.calibrate.plots import Plot
 from kr5_tools.insertion import ending_tables
 from kr5_tools.pages.plot_style import BLUE, GREEN, GREY, PAPER, RED, SOFT, STYLE, WIDE, plt
+
+if TYPE_CHECKING:
+    import kr5.sim
 
 # Phases side by side differ; grey ones are between the acts. Laid over the paper thinly, whichever colour it has.
 SHADES = {
@@ -26,7 +32,7 @@ SHADE = 0.2  # share of the colour
 MOST_POINTS = 3000
 
 
-def insertion_plots(result: Any) -> list[Plot]:
+def insertion_plots(result: "kr5.sim.InsertionResult") -> list[Plot]:
     """All that there is something to show for. Close the figures after use."""
     out = []
     with plt.rc_context(STYLE):
@@ -36,7 +42,7 @@ def insertion_plots(result: Any) -> list[Plot]:
     return out
 
 
-def _columns(result: Any, *names: str) -> list[np.ndarray]:
+def _columns(result: "kr5.sim.InsertionResult", *names: str) -> list[np.ndarray]:
     """Time and columns of the rows, thinned out for the page; NaN on the way from one peg to the next."""
     step = max(1, math.ceil(len(result.rows) / MOST_POINTS))
     between = np.asarray(result.rows["phase"])[::step] == int(kr5.force.Phase.Done)
@@ -46,7 +52,7 @@ def _columns(result: Any, *names: str) -> list[np.ndarray]:
     ]
 
 
-def _shade(axes: Axes, result: Any, label: bool) -> None:
+def _shade(axes: Axes, result: "kr5.sim.InsertionResult", label: bool) -> None:
     """Phases behind a plot over time, and the names of those wide enough for one."""
     spans = ending_tables.phases(result.rows)
     whole = spans[-1]["begin"] + spans[-1]["duration"] - spans[0]["begin"]
@@ -70,11 +76,11 @@ def _shade(axes: Axes, result: Any, label: bool) -> None:
     axes.grid(False, axis="x")
 
 
-def profile_plot(result: Any) -> Figure | None:
+def profile_plot(result: "kr5.sim.InsertionResult") -> Figure | None:
     return draw_profile(result.profile) if len(result.profile) else None
 
 
-def draw_profile(profile: Any) -> Figure:
+def draw_profile(profile: Mapping[str, npt.ArrayLike] | kr5.io.Table) -> Figure:
     """Of the columns azimuth, height and closed_form [rad, m]."""
     order = np.argsort(profile["azimuth"])
     azimuth, measured, closed = (np.asarray(profile[name])[order] for name in ("azimuth", "height", "closed_form"))
@@ -97,7 +103,7 @@ def draw_profile(profile: Any) -> Figure:
     return figure
 
 
-def force_plot(result: Any) -> Figure:
+def force_plot(result: "kr5.sim.InsertionResult") -> Figure:
     t, fx, fy, fz = _columns(result, "fx", "fy", "fz")
     figure, axes = plt.subplots(2, 1, figsize=(WIDE, 4.2), sharex=True)
     for ax, values, colour, name in (
@@ -111,7 +117,7 @@ def force_plot(result: Any) -> Figure:
     return figure
 
 
-def height_plot(result: Any) -> Figure:
+def height_plot(result: "kr5.sim.InsertionResult") -> Figure:
     t, z, tilt = _columns(result, "true_z", "true_tilt")
     figure, axes = plt.subplots(2, 1, figsize=(WIDE, 4.2), sharex=True, height_ratios=(2, 1))
     for ax, values, colour, name in (
@@ -126,10 +132,11 @@ def height_plot(result: Any) -> Figure:
     return figure
 
 
-def path_plot(result: Any) -> Figure:
+def path_plot(result: "kr5.sim.InsertionResult") -> Figure:
     """In the frame of the assumed tube; the true path of the peg."""
     _, x, y = _columns(result, "true_x", "true_y")
-    off, tube = 1e3 * result.T_tube_actual[:2, 3], result.cell.tube
+    tube = result.cell.tube
+    off = (1e3 * float(result.T_tube_actual[0, 3]), 1e3 * float(result.T_tube_actual[1, 3]))
     x, y = 1e3 * x + off[0], 1e3 * y + off[1]
     first, last = np.flatnonzero(np.isfinite(x))[[0, -1]]
     figure, axes = plt.subplots(figsize=(WIDE, 4.9))

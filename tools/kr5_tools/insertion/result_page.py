@@ -1,5 +1,6 @@
 """The page of the result of an insertion (`kr5-insertion/1`), which holds no motion: outcome, phases, profile."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -47,5 +48,5 @@ def write_page(data: ResultData, source: str, output: Path, png: Path | None) ->
     return write_tables_page(page, "Insertion", "kr5 insert", source, parts, output, png)
 
 
-def _table(title: str, columns: list[str], rows: list[list[Any]], texts: list[str]) -> dict[str, Any]:
+def _table(title: str, columns: list[str], rows: Sequence[Sequence[object]], texts: list[str]) -> dict[str, Any]:
     return {"title": title, "columns": columns, "rows": [[str(v) for v in row] for row in rows], "texts": texts}

@@ -3,11 +3,14 @@ tube is."""
 
 import math
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import kr5
 import kr5.cell
 from kr5.files.paths import SHIPPED_CELL, find_shipped_cell
+
+if TYPE_CHECKING:
+    import kr5.sim
 
 
 def cell_file(given: Path | None) -> Path:
@@ -25,8 +28,6 @@ def cell_file(given: Path | None) -> Path:
 
 def load_cell(given: Path | None) -> tuple[Any, Path]:
     """The cell and its file; complains of one without peg or tube."""
-    import kr5.cell
-
     file = cell_file(given)
     cell = kr5.cell.load_cell(file)
     for part in ("peg", "tube"):
@@ -46,7 +47,11 @@ def offset_in_disc(radius: float, seed: int) -> list[float]:
 
 
 def set_task(
-    setup: Any, clearance: float, tilt: float, offset: tuple[float, float] | None, cell: kr5.cell.Cell
+    setup: "kr5.sim.InsertionSetup",
+    clearance: float,
+    tilt: float,
+    offset: tuple[float, float] | None,
+    cell: kr5.cell.Cell,
 ) -> None:
     """Sets a clearance [mm], a tilt [deg] and an offset [mm], which without one is drawn from the seed of the setup."""
     if not 0 < clearance < math.inf:

@@ -3,15 +3,29 @@
 import io
 import json
 import re
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from kr5_tools.cli.numbers import format_number
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 UNITS = {"px", "mm", "deg", "m", "rad", "s", "ms"}
 
 
-def field_phrase(name: Any) -> str:
+class ShownPlot(Protocol):
+    """A figure with its name (of the PNG file), its title, and what it shows, in words."""
+
+    name: str
+    title: str
+    text: str
+    figure: "Figure"
+    wide: bool
+
+
+def field_phrase(name: object) -> str:
     """A name from the file as words: `rms_px` is rms [px]."""
     *words, last = str(name).split("_")
     return " ".join([*words, f"[{last}]" if words and last in UNITS else last])
@@ -26,7 +40,7 @@ def with_code(text: str) -> Any:
     )
 
 
-def render_page(template: str, **values: Any) -> str:
+def render_page(template: str, **values: object) -> str:
     """The HTML of a page, from a template that extends base.html; it needs `title`, `brand` and `source`."""
     import jinja2
 
@@ -45,7 +59,7 @@ def render_page(template: str, **values: Any) -> str:
     return env.get_template(template).render(**values)
 
 
-def embed_plot(plot: Any) -> dict[str, Any]:
+def embed_plot(plot: ShownPlot) -> dict[str, Any]:
     """A plot with its figure as SVG, a part of the page, so that its colours follow the page's theme."""
     from markupsafe import Markup, escape
 
@@ -102,7 +116,7 @@ def themed_svg(text: str) -> str:
     return re.sub(r"((?:fill|stroke|stop-color): ?)(#[0-9a-fA-F]{6})", variable, text)
 
 
-def write_png(plots: list[Any], folder: Path) -> list[Path]:
+def write_png(plots: Sequence[ShownPlot], folder: Path) -> list[Path]:
     """Each plot as a PNG file."""
     from kr5.files import writing
 
@@ -113,6 +127,6 @@ def write_png(plots: list[Any], folder: Path) -> list[Path]:
     return files
 
 
-def script_json(value: Any) -> str:
+def script_json(value: object) -> str:
     """JSON that may stand inside a script element."""
     return json.dumps(value, allow_nan=False, ensure_ascii=False).replace("<", "\\u003c")

@@ -2,10 +2,10 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import kr5
 import numpy as np
+import numpy.typing as npt
 from kr5.logs.log_file import read_text_form
 
 ENDINGS = ".npz, .npy, .pcd, .ply, .csv, .txt or .xyz"
@@ -23,20 +23,20 @@ class CloudFile:
     origins: np.ndarray | None = None
 
 
-def read_cloud(file: Path, lag: float | None = None) -> CloudFile:
+def read_cloud(file: Path, delay: float | None = None) -> CloudFile:
     """Reads a cloud. Arrays may be organised (rows x columns x 3); normals and colours are not used.
 
-    An NPZ of profiles becomes a cloud by the poses of the arm; `lag` [s] stands in place of its own.
+    An NPZ of profiles becomes a cloud by the poses of the arm; `delay` [s] stands in place of its own.
     """
     if file.suffix.lower() == ".npz" and file.is_file():
         from kr5_tools.picking.profiles import read_profiles
 
-        scanned = read_profiles(file, lag)
+        scanned = read_profiles(file, delay)
         if scanned is not None:
             return CloudFile(*scanned)
-    if lag is not None:
+    if delay is not None:
         raise kr5.InvalidArgument(
-            f"--lag: {file} holds no profiles, whose stamps could be late; expected {PROFILE_KEYS} in an NPZ"
+            f"--delay: {file} holds no profiles, whose stamps could be late; expected {PROFILE_KEYS} in an NPZ"
         )
     readers = {".npz": _npz, ".npy": _npy, ".pcd": _pcd, ".ply": _ply, ".csv": _text, ".txt": _text, ".xyz": _text}
     reader = readers.get(file.suffix.lower())
@@ -64,7 +64,7 @@ def read_cloud(file: Path, lag: float | None = None) -> CloudFile:
     return cloud
 
 
-def _as_points(file: Path, name: str, array: Any) -> np.ndarray:
+def _as_points(file: Path, name: str, array: npt.ArrayLike) -> np.ndarray:
     values = np.asarray(array)
     if values.dtype.kind not in "fiu":
         raise kr5.FileError(file, f"found values of type {values.dtype}, expected numbers", field=name)

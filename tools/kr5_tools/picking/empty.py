@@ -1,5 +1,6 @@
 """`kr5 bin empty`: a simulated bin emptied pick by pick, with every decision."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any, cast
 
@@ -96,12 +97,12 @@ def empty(
 def empty_one(
     seed: int,
     pellets: int,
-    options: Any,
-    shape: Any,
+    options: picking.PelletOptions,
+    shape: sim.BinShape,
     pitch: float,
     noise: float,
     pose_error: float,
-    progress: Any = None,
+    progress: Callable[[float], None] | None = None,
     refine: bool = True,
 ) -> Emptying:
     """One bin, poured and emptied."""
@@ -145,7 +146,7 @@ def result_keys(runs: list[Emptying]) -> dict[str, Any]:
         figure_row("shakes a bin", sum(r.shakes for r in runs) / len(runs), None, "-"),
         figure_row("cylinders left", left, None, "-"),
         figure_row("wall touches", touches, None, "-"),
-        figure_row("minimum clearance of the gripper", 1e3 * min(r.least_clearance for r in runs), None, "mm"),
+        figure_row("minimum clearance of the gripper", 1e3 * min(r.min_clearance for r in runs), None, "mm"),
         figure_row("time to find a cylinder and plan its pick", 1e3 * time, None, "ms"),
         figure_row("time for each cylinder with the book's scan and pick", cycle, None, "s"),
     ]
@@ -174,7 +175,7 @@ def result_keys(runs: list[Emptying]) -> dict[str, Any]:
                 "shakes": r.shakes,
                 "left": r.left,
                 "wall_touches": r.wall_touches,
-                "least_clearance": r.least_clearance if np.isfinite(r.least_clearance) else None,
+                "min_clearance": r.min_clearance if np.isfinite(r.min_clearance) else None,
                 "ended": r.ended,
             }
             for r in runs

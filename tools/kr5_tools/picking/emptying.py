@@ -65,7 +65,7 @@ class Emptying:
     scans: int = 0
     shakes: int = 0
     wall_touches: int = 0
-    least_clearance: float = np.inf
+    min_clearance: float = np.inf
     vision_time: float = 0.0
     found: int = 0
     refined: int = 0  # cylinders that the image refined
@@ -78,7 +78,15 @@ class Emptying:
 class BinRun:
     """One bin with its cell."""
 
-    def __init__(self, seed: int, pile: Any, pellets: Any, grasp: Any, scanner: Any, options: EmptyingOptions) -> None:
+    def __init__(
+        self,
+        seed: int,
+        pile: sim.PelletScene,
+        pellets: picking.PelletOptions,
+        grasp: picking.GraspOptions,
+        scanner: sim.BinScannerOptions,
+        options: EmptyingOptions,
+    ) -> None:
         self.random = np.random.default_rng(seed)
         self.scene, self.pellets, self.grasp, self.scanner, self.options = pile, pellets, grasp, scanner, options
         self.out = Emptying(seed, len(pile.pellets))
@@ -114,7 +122,7 @@ class BinRun:
         self.out.left = len(self.scene.pellets)
         return self.out
 
-    def _cycle(self, cycle: int, idle: int, progress: Any) -> Any:
+    def _cycle(self, cycle: int, idle: int, progress: Callable[[float], None] | None) -> Any:
         """From one scan to the decision that ends it."""
         import time
 
@@ -173,7 +181,7 @@ class BinRun:
             if progress:
                 progress(1 - len(self.scene.pellets) / self.out.pellets)
 
-    def _refined(self, found: list[Any]) -> list[Any]:
+    def _refined(self, found: list[picking.Pellet]) -> list[picking.Pellet]:
         if not self.options.refine or not found:
             return found
         view = CameraView(self._image(), self.camera, self.T_camera_base)
@@ -212,7 +220,7 @@ class BinRun:
         tip = T[:3, 3] + self.bias + self.random.normal(0, self.options.pick_error, 3)
         clearance = picking.gripper_clearance(tip, outwards, self.grasp.gripper, self.bin)
         self.out.attempts += 1
-        self.out.least_clearance = min(self.out.least_clearance, clearance)
+        self.out.min_clearance = min(self.out.min_clearance, clearance)
         self.out.wall_touches += clearance <= 0
         T_bin_base = np.linalg.inv(np.asarray(self.bin.T_base_bin))
         met, gap, cosine = self._met(T_bin_base[:3, :3] @ tip + T_bin_base[:3, 3], T_bin_base[:3, :3] @ outwards)
@@ -281,7 +289,7 @@ class BinRun:
         self.out.steps.append(Step(action, text, cycle, left=len(truth), truth=truth, **more))
 
 
-def _camera_on(shape: Any, options: EmptyingOptions) -> Any:
+def _camera_on(shape: sim.BinShape, options: EmptyingOptions) -> kr5.Pinhole:
     """The book's camera above the middle of the bin; of its image the part that shows the bin, within the rim."""
     scale, size = options.image_scale, np.asarray(shape.size)
     fx, fy, cx, cy = (scale * CAMERA[key] for key in ("fx", "fy", "cx", "cy"))

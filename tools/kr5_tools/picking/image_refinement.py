@@ -79,7 +79,7 @@ def _pose_of(file: Path) -> np.ndarray:
     )
 
 
-def _is_numbers(value: Any) -> bool:
+def _is_numbers(value: object) -> bool:
     try:
         np.asarray(value, float)
     except (TypeError, ValueError):
@@ -87,7 +87,7 @@ def _is_numbers(value: Any) -> bool:
     return True
 
 
-def refine(pellets: list[Any], view: CameraView, above: float) -> tuple[list[Any], list[Refined]]:
+def refine(pellets: list[picking.Pellet], view: CameraView, above: float) -> tuple[list[picking.Pellet], list[Refined]]:
     """The cylinders, those refined of which the cloud does not tell the place to `above` [m], fused with the image by
     covariance."""
     out, said = [], []

@@ -53,7 +53,7 @@ def pick(
             " none. By default the cloud is in the base, seen from above the bin.",
         ),
     ] = None,
-    lag: Annotated[
+    delay: Annotated[
         float | None,
         typer.Option(
             help=r"Time by which a profile is stamped later than it was exposed; for a file of profiles, whose own is"
@@ -130,7 +130,7 @@ def pick(
     if image is not None and camera is not None:
         pose = _pose("--camera-pose", camera_pose)
         view = read_view(image, camera, pose, camera_position_std, camera_rotation_std)
-    cloud = cloud_in_base(read_cloud(cloud_file, lag), _pose("--frame", frame))
+    cloud = cloud_in_base(read_cloud(cloud_file, delay), _pose("--frame", frame))
     with spinner("Looking for cylinders"):
         found = picking.find_pellets(cloud, bin_, options)
         said: list[Refined] = []
@@ -174,7 +174,9 @@ def cloud_in_base(file: CloudFile, T_base_cloud: np.ndarray | None) -> Any:
     return out
 
 
-def result_keys(found: kr5.picking.PelletResult, plan: list[Any], said: list[Refined] | None = None) -> dict[str, Any]:
+def result_keys(
+    found: kr5.picking.PelletResult, plan: list[picking.Grasp], said: list[Refined] | None = None
+) -> dict[str, Any]:
     """Keys of a result: the cylinders in the order to pick them, what was made of the cloud, and what an image said of
     each cylinder."""
     pellets = [pellet_keys(found.pellets[g.pellet], g) for g in plan]

@@ -16,17 +16,17 @@ NEEDED = {
 }
 
 
-def read_profiles(file: Path, lag: float | None) -> tuple[np.ndarray, np.ndarray] | None:
+def read_profiles(file: Path, delay: float | None) -> tuple[np.ndarray, np.ndarray] | None:
     """Points and the origins of their rays, n x 3 in the base [m]; nothing where the file holds a finished cloud, whose
-    lag nobody changes, or no profiles."""
+    delay nobody changes, or no profiles."""
     try:
         with np.load(file, allow_pickle=False) as data:
             names = set(data.files)
             if "profile_x" not in names and "profile_z" not in names:
                 return None
-            if lag is None and names & {"points", "xyz", "cloud", "pts"}:
+            if delay is None and names & {"points", "xyz", "cloud", "pts"}:
                 return None
-            arrays = {name: np.asarray(data[name]) for name in (*NEEDED, "pose_times", "lag") if name in names}
+            arrays = {name: np.asarray(data[name]) for name in (*NEEDED, "pose_times", "delay", "lag") if name in names}
     except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
         raise kr5.FileError(file, f"is damaged or no NPZ file: {' '.join(str(error).split())[:200]}") from error
     for name, meaning in NEEDED.items():
@@ -61,7 +61,7 @@ def read_profiles(file: Path, lag: float | None) -> tuple[np.ndarray, np.ndarray
                 T_base_flange=list(poses.astype(float)),
                 pose_times=pose_times,
                 T_flange_scanner=arrays["T_flange_scanner"].astype(float),
-                lag=float(arrays.get("lag", 0.0)) if lag is None else lag,
+                delay=float(arrays.get("delay", arrays.get("lag", 0.0))) if delay is None else delay,
             )
         )
     except (kr5.Error, ValueError) as error:

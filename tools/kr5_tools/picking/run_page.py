@@ -1,16 +1,21 @@
 """Page of an emptied bin: the bin from above at every decision, to step through or to play."""
 
 from dataclasses import asdict
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 from kr5.files.result_types import ResultData
 
 from kr5_tools.pages.rendering import embed_plot, render_page, script_json
+from kr5_tools.picking.emptying import Emptying, Step
 from kr5_tools.picking.run_statistics import bins_table, comparison_table, run_plots
 
+if TYPE_CHECKING:
+    import kr5.sim
 
-def run_page(data: ResultData, run: Any, shape: Any) -> str:
+
+def run_page(data: ResultData, run: Emptying, shape: "kr5.sim.BinShape") -> str:
     """The HTML. Coordinates are those of the bin, in mm."""
     from kr5_tools.pages.plot_style import plt
 
@@ -38,13 +43,13 @@ def run_page(data: ResultData, run: Any, shape: Any) -> str:
     )
 
 
-def _step(step: Any, T: np.ndarray) -> dict[str, Any]:
+def _step(step: Step, T: np.ndarray) -> dict[str, Any]:
     keys = asdict(step)
 
-    def point(p: Any) -> list[float]:
+    def point(p: npt.ArrayLike) -> list[float]:
         return [round(1e3 * float(v), 2) for v in T[:3, :3] @ np.asarray(p) + T[:3, 3]]
 
-    def turn(d: Any) -> list[float]:
+    def turn(d: npt.ArrayLike) -> list[float]:
         return [round(float(v), 4) for v in T[:3, :3] @ np.asarray(d)]
 
     keys["truth"] = [[*point(t[:3]), *turn(t[3:6]), round(1e3 * t[6], 2), round(1e3 * t[7], 2)] for t in step.truth]

@@ -1,5 +1,6 @@
 """Statistics of emptied bins as the book gives them (Hayat et al. 2022, Table 2.3 and Figures 6.7 and 6.8)."""
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -40,7 +41,7 @@ def run_plots(data: ResultData) -> list[Any]:
     return out
 
 
-def _draw_trials(axes: Axes, trials: list[dict[str, Any]]) -> None:
+def _draw_trials(axes: Axes, trials: Sequence[Mapping[str, object]]) -> None:
     import kr5.uncertainty
 
     from kr5_tools.pages.plot_style import BLUE, RED

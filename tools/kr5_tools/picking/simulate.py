@@ -1,6 +1,7 @@
 """`kr5 bin simulate`: a pile of cylinders in a bin, as scanner and camera show it, with its truth."""
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -71,7 +72,7 @@ def simulate(
         pile = sim.pour_pellets(shape, pour, sim.PileOptions(friction=friction), progress)
     with spinner("Scanning"):
         scan = sim.scan_bin(pile.scene, path, scanner)
-        shown = Shown(pile.scene, scan, np.asarray(sim.exposed_shares(pile.scene)), scanner.lag)
+        shown = Shown(pile.scene, scan, np.asarray(sim.exposed_shares(pile.scene)), scanner.delay)
     with spinner("Rendering"):
         camera = kr5.Pinhole(**CAMERA)
         image, _ = sim.render_bin(pile.scene, camera, T_base_camera, sim.BinImageOptions(seed=seed))
@@ -95,13 +96,13 @@ def simulate(
 class Shown:
     """A bin as the scanner shows it, with the truth."""
 
-    def __init__(self, scene: Any, scan: Any, exposed: np.ndarray, lag: float) -> None:
-        self.scene, self.scan, self.exposed, self.lag = scene, scan, exposed, lag
+    def __init__(self, scene: sim.PelletScene, scan: sim.BinScan, exposed: np.ndarray, delay: float) -> None:
+        self.scene, self.scan, self.exposed, self.delay = scene, scan, exposed, delay
         self.points, self.surface = scan.cloud()
         self.pellets = true_pellets(scene, exposed, np.asarray(scan.seen))
 
 
-def _figures(pile: Any, shown: Shown) -> dict[str, Any]:
+def _figures(pile: sim.SettledPile, shown: Shown) -> dict[str, Any]:
     return {
         "pellets": len(shown.pellets),
         "visible": int((shown.exposed >= VISIBLE).sum()),
@@ -125,7 +126,7 @@ def write_bin(folder: Path, shown: Shown, seed: int) -> None:
     )
 
 
-def true_pellets(scene: Any, exposed: np.ndarray, seen: np.ndarray) -> list[dict[str, Any]]:
+def true_pellets(scene: sim.PelletScene, exposed: np.ndarray, seen: np.ndarray) -> list[dict[str, Any]]:
     """The cylinders in the base. `exposed`: share seen from straight above; `seen`: share that laser and receiver see;
     `top`: highest point above the floor [m]."""
     rows = []
@@ -150,7 +151,7 @@ def true_pellets(scene: Any, exposed: np.ndarray, seen: np.ndarray) -> list[dict
 
 def write_scan(file: Path, shown: Shown) -> None:
     """Cloud in the base, with the place of the laser and the truth of each point, and the profiles behind it. The
-    points stand where the arm was at the stamps: the lag of the stamps is not taken out."""
+    points stand where the arm was at the stamps: the delay of the stamps is not taken out."""
     scan = shown.scan
     with file.open("wb") as stream:
         np.savez(
@@ -164,11 +165,11 @@ def write_scan(file: Path, shown: Shown) -> None:
             times=scan.times,
             T_base_flange=scan.T_base_flange,
             T_flange_scanner=scan.T_flange_scanner,
-            lag=shown.lag,
+            delay=shown.delay,
         )
 
 
-def bin_keys(shape: Any) -> dict[str, Any]:
+def bin_keys(shape: sim.BinShape) -> dict[str, Any]:
     """The keys of a file that `kr5 pick --bin` reads."""
     return {"T_base_bin": _six(shape.T_base_bin), "size": to_plain(shape.size), "wall_thickness": shape.wall}
 
@@ -200,7 +201,7 @@ def save_image(file: Path, image: np.ndarray) -> None:
     Image.fromarray(image).save(file)
 
 
-def _check_fan(scanner: Any, shape: Any) -> None:
+def _check_fan(scanner: sim.BinScannerOptions, shape: sim.BinShape) -> None:
     """Refuses a scanner below the rim, and notes a fan that does not span the bin."""
     rim = float(shape.size[2])
     if scanner.stand_off <= rim:
@@ -212,9 +213,9 @@ def _check_fan(scanner: Any, shape: Any) -> None:
         )
 
 
-def _six(T: Any) -> list[float]:
+def _six(T: np.ndarray) -> list[float]:
     return [float(f"{v:.12g}") + 0.0 for v in kr5.to_xyzrpy(T)]
 
 
-def _write_yaml(file: Path, data: dict[str, Any]) -> None:
+def _write_yaml(file: Path, data: Mapping[str, object]) -> None:
     file.write_text(yaml.safe_dump(to_plain(data), sort_keys=False), encoding="utf-8")

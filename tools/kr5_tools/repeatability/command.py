@@ -1,5 +1,6 @@
 """`kr5 repeatability`: pose repeatability and accuracy after ISO 9283, with confidence bounds."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -118,12 +119,14 @@ def _figures(result: kr5.calibration.RepeatabilityResult) -> list[dict[str, Any]
     return rows
 
 
-def _turns(p: Any) -> list[float]:
+def _turns(p: calibration.PointRepeatability) -> list[float]:
     """AP_a, AP_b, AP_c of a point; none without a commanded pose [deg]."""
     return [DEG * float(v) for v in p.offset[3:]]
 
 
-def _causes(result: kr5.calibration.RepeatabilityResult, measured: list[Any]) -> list[dict[str, str]]:
+def _causes(
+    result: kr5.calibration.RepeatabilityResult, measured: list[calibration.PoseReturn]
+) -> list[dict[str, str]]:
     mixed = [s for s in result.outliers if s.belongs_to]
     alone = [s for s in result.outliers if not s.belongs_to]
     few = next((p for p in result.points if p.returns < STANDARD), None)
@@ -138,7 +141,7 @@ def _causes(result: kr5.calibration.RepeatabilityResult, measured: list[Any]) ->
     return [cause for cause in found if cause]
 
 
-def _mixed_up(returns: list[Any], measured: list[Any]) -> dict[str, str]:
+def _mixed_up(returns: list[calibration.SuspectReturn], measured: list[calibration.PoseReturn]) -> dict[str, str]:
     listed = ", ".join(f"{measured[s.index].name} (is at {s.belongs_to})" for s in returns[:8])
     count = format_count(len(returns), "return", ("carries", "carry"))
     return {
@@ -148,7 +151,7 @@ def _mixed_up(returns: list[Any], measured: list[Any]) -> dict[str, str]:
     }
 
 
-def _contradicting(returns: list[Any], measured: list[Any]) -> dict[str, str]:
+def _contradicting(returns: list[calibration.SuspectReturn], measured: list[calibration.PoseReturn]) -> dict[str, str]:
     listed = ", ".join(f"{measured[s.index].name} ({1e3 * s.distance:.3g} mm off)" for s in returns[:8])
     count = format_count(len(returns), "return", ("contradicts", "contradict"))
     return {
@@ -161,7 +164,7 @@ def _contradicting(returns: list[Any], measured: list[Any]) -> dict[str, str]:
     }
 
 
-def _drifting(drift: Any) -> dict[str, str]:
+def _drifting(drift: calibration.ReturnDrift) -> dict[str, str]:
     motion = np.asarray(drift.motion)
     x, y, z = 1e3 * motion[:3]
     chance = f"{drift.probability:.1g}" if drift.probability > CHANCE else f"below {CHANCE:g}"
@@ -175,7 +178,7 @@ def _drifting(drift: Any) -> dict[str, str]:
     }
 
 
-def _few_returns(point: Any) -> dict[str, str]:
+def _few_returns(point: calibration.PointRepeatability) -> dict[str, str]:
     return {
         "cause": "few_returns",
         "text": f"{point.point} has {point.returns} returns; ISO 9283 asks for {STANDARD} of each point.",
@@ -187,11 +190,15 @@ def _wrong_unit(repeatability: float) -> dict[str, str]:
     return {
         "cause": "unit",
         "text": f"A repeatability of {1e3 * repeatability:.3g} mm is not that of an arm.",
-        "remedy": "Check the unit of the positions (--length) and the names of the points.",
+        "remedy": "Check the unit of the positions (--length-unit) and the names of the points.",
     }
 
 
-def _keys(result: kr5.calibration.RepeatabilityResult, measured: list[Any], options: Any) -> dict[str, Any]:
+def _keys(
+    result: kr5.calibration.RepeatabilityResult,
+    measured: list[calibration.PoseReturn],
+    options: calibration.RepeatabilityOptions,
+) -> dict[str, Any]:
     means = {p.point: np.asarray(p.T_mean) for p in result.points}
     suspect = {s.index for s in result.outliers}
     shown = []
@@ -217,7 +224,9 @@ def _keys(result: kr5.calibration.RepeatabilityResult, measured: list[Any], opti
     }
 
 
-def _verdict(result: kr5.calibration.RepeatabilityResult, causes: list[dict[str, str]], options: Any) -> dict[str, str]:
+def _verdict(
+    result: kr5.calibration.RepeatabilityResult, causes: list[dict[str, str]], options: calibration.RepeatabilityOptions
+) -> dict[str, str]:
     share = f"{100 * options.confidence:g} %"
     everything = result.overall if len(result.points) > 1 else result.points[0]
     worst = max(result.points, key=lambda p: p.RP.value)
@@ -235,7 +244,7 @@ def _verdict(result: kr5.calibration.RepeatabilityResult, causes: list[dict[str,
     return {"word": "doubtful" if serious else "good", "text": text + "."}
 
 
-def _show(result: kr5.calibration.RepeatabilityResult, data: dict[str, Any], out: Console) -> None:
+def _show(result: kr5.calibration.RepeatabilityResult, data: Mapping[str, object], out: Console) -> None:
     print_result({**data, "figures": []}, out)
     positions, angles = [], []
     for p in [*result.points, *([result.overall] if len(result.points) > 1 else [])]:

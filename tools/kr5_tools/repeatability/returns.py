@@ -3,7 +3,6 @@
 import warnings
 from collections import Counter
 from pathlib import Path
-from typing import Any
 
 import kr5
 import numpy as np
@@ -21,7 +20,9 @@ COMMANDED = "commanded_"
 FARTHEST = 20.0  # of a measured pose [m]
 
 
-def read_returns(file: Path, wanted: TableOptions) -> tuple[list[Any], list[Any]]:
+def read_returns(
+    file: Path, wanted: TableOptions
+) -> tuple[list[calibration.PoseReturn], list[calibration.CommandedPose]]:
     """Returns of a table, and commanded poses where it has columns of them."""
     table = wanted.read(file, [POINT, PoseRole(), PoseRole("commanded", prefix=COMMANDED, needed=False)])
     names, where = table.words["point"], [table.row_name(k) for k in range(table.rows)]
@@ -39,7 +40,7 @@ def read_returns(file: Path, wanted: TableOptions) -> tuple[list[Any], list[Any]
     return returns, [calibration.CommandedPose(point=p, T=pose) for p, pose in commands.items()]
 
 
-def read_commanded(file: Path, wanted: TableOptions) -> list[Any]:
+def read_commanded(file: Path, wanted: TableOptions) -> list[calibration.CommandedPose]:
     """Commanded poses of a table, one row a point."""
     table = wanted.read(file, [POINT, PoseRole()])
     names = table.words["point"]
@@ -49,7 +50,7 @@ def read_commanded(file: Path, wanted: TableOptions) -> list[Any]:
     return [calibration.CommandedPose(point=p, T=pose) for p, pose in zip(names, table.poses["pose"], strict=True)]
 
 
-def see_returns(folder: Path, target: str, camera: Path, hand_eye: Path | None) -> list[Any]:
+def see_returns(folder: Path, target: str, camera: Path, hand_eye: Path | None) -> list[calibration.PoseReturn]:
     """Returns from images: a folder a point. Measured is the flange (camera on the flange), the target (camera beside
     the arm), or without a hand-eye calibration the camera, each in the frame that stands still."""
     points = sorted(f for f in folder.iterdir() if f.is_dir())

@@ -4,7 +4,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import kr5
 import kr5.cell
+import numpy as np
 from kr5.files import writing
 
 from kr5_tools.cli.numbers import format_count
@@ -47,15 +49,13 @@ def make_page(
     source: Path,
     made_by: str = "kr5 replay",
     title: str = "",
-    solids: Sequence[Any] = (),
-    T_base_actual: Any = None,
+    solids: Sequence[kr5.cell.PlacedObject] = (),
+    T_base_actual: np.ndarray | None = None,
     template: str = "replay.html",
-    **values: Any,
+    **values: object,
 ) -> str:
     """The HTML of the page. `solids`: solids that stand in the cell beside its own. `T_base_actual`: where the tube
     really is, if not where the cell says. A template that extends replay.html gets `values`."""
-    import kr5
-
     from kr5_tools.pages.rendering import render_page, script_json
 
     text = f"{format_count(cell.robot.joints, 'joint')}, {format_count(len(runs), 'run')}"
@@ -83,7 +83,7 @@ def option_text(run: Run) -> str:
     return f"{run.name}, gap up to {max(gaps):.1f}" if gaps else run.name
 
 
-def _drawn(cell: kr5.cell.Cell, solid: Any, run: Run) -> dict[str, Any]:
+def _drawn(cell: kr5.cell.Cell, solid: kr5.cell.PlacedObject, run: Run) -> dict[str, Any]:
     """A solid as the page draws it; of a bench without end, the part below the tool."""
     out: dict[str, Any] = writing.to_plain({**solid.to_dict(), "T": solid.T_base_object})
     if solid.width > 1.0 and run.q is not None:

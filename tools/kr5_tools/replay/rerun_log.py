@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from pathlib import Path
+from types import ModuleType
 from typing import Any, NamedTuple
 
 import kr5
@@ -86,7 +87,7 @@ def join_path(*parts: str) -> str:
     return "/".join(part.replace("/", "_").replace(" ", "_") for part in parts)
 
 
-def write_log(cell: kr5.cell.Cell, runs: list[Run], file: Path, sdk: Any) -> None:
+def write_log(cell: kr5.cell.Cell, runs: list[Run], file: Path, sdk: ModuleType) -> None:
     """Saves poses and signals; `sdk` is the module rerun."""
     recording = sdk.RecordingStream("kr5")
     recording.save(str(file))

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import kr5.cell
+import kr5.io
 import numpy as np
 
 from kr5_tools.cli import terminal
@@ -61,7 +62,7 @@ def page_runs(runs: list[Run]) -> list[dict[str, Any]]:
 
 
 def experiment_runs(
-    cell: kr5.cell.Cell, experiments: list[kr5.cell.Experiment], simulator: Any | None, most: int
+    cell: kr5.cell.Cell, experiments: list[kr5.cell.Experiment], simulator: kr5.cell.Simulator | None, most: int
 ) -> tuple[list[Run], list[Skipped]]:
     """Of each experiment: its runs, with postures thinned out to `most`, and what cannot be shown."""
     runs: list[Run] = []
@@ -86,8 +87,8 @@ def experiment_runs(
 
 
 def simulated_columns(
-    cell: kr5.cell.Cell, experiment: kr5.cell.Experiment, simulator: Any | None
-) -> tuple[Any | None, str]:
+    cell: kr5.cell.Cell, experiment: kr5.cell.Experiment, simulator: kr5.cell.Simulator | None
+) -> tuple[kr5.io.Table | None, str]:
     """What the simulator predicts of an experiment; or nothing, and why."""
     import kr5
 
@@ -99,7 +100,7 @@ def simulated_columns(
         return None, f"not simulated: {error}"
 
 
-def _motion(cell: kr5.cell.Cell, experiment: kr5.cell.Experiment, predicted: Any | None) -> Run | str:
+def _motion(cell: kr5.cell.Cell, experiment: kr5.cell.Experiment, predicted: kr5.io.Table | None) -> Run | str:
     """A motion, drawn at its measured positions; where there are none, at those simulated or commanded."""
     n, data = cell.robot.joints, experiment.data
     sources = [(data, "q"), (predicted, "q"), (data, "qc")]
@@ -121,7 +122,9 @@ def _motion(cell: kr5.cell.Cell, experiment: kr5.cell.Experiment, predicted: Any
     return Run("", t, q=q[rows], signals=experiment_signals(cell, experiment, t, rows, predicted))
 
 
-def _postures(cell: kr5.cell.Cell, experiment: kr5.cell.Experiment, predicted: Any | None, most: int) -> Run | str:
+def _postures(
+    cell: kr5.cell.Cell, experiment: kr5.cell.Experiment, predicted: kr5.io.Table | None, most: int
+) -> Run | str:
     """Static postures, each shown for a moment; the rows of one are spread about it."""
     n, data = cell.robot.joints, experiment.data
     if any(f"q{i + 1}" not in data for i in range(n)):
@@ -140,7 +143,7 @@ def _postures(cell: kr5.cell.Cell, experiment: kr5.cell.Experiment, predicted: A
     return Run("", hold * np.arange(len(starts)), q=q[starts], hold=hold, signals=signals)
 
 
-def _peg_runs(cell: kr5.cell.Cell, experiment: kr5.cell.Experiment, predicted: Any | None) -> list[Run | str]:
+def _peg_runs(cell: kr5.cell.Cell, experiment: kr5.cell.Experiment, predicted: kr5.io.Table | None) -> list[Run | str]:
     """Experiments without joint columns: the peg, or the tool, at its height, one run after the other."""
     data, kind = experiment.data, str(experiment.kind)
     source = data if "z" in data else predicted

@@ -5,7 +5,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import kr5.cell
+import kr5.io
 import numpy as np
+import numpy.typing as npt
 
 from kr5_tools.cell.frames import joint_unit
 from kr5_tools.cell.noise_limit import noise_limit
@@ -54,14 +56,16 @@ class Signal:
 
 
 def experiment_signals(
-    cell: kr5.cell.Cell, experiment: kr5.cell.Experiment, x: np.ndarray, rows: np.ndarray, predicted: Any | None
+    cell: kr5.cell.Cell,
+    experiment: kr5.cell.Experiment,
+    x: np.ndarray,
+    rows: np.ndarray,
+    predicted: kr5.io.Table | None,
 ) -> list[Signal]:
     """Signals of the `rows` of an experiment; `predicted`: what a simulator returned for all of them, if it did.
 
     Left out are numbers of runs, times, and joint positions of postures that stand still.
     """
-    import kr5.cell
-
     data, kind = experiment.data, experiment.kind
     columns = kr5.cell.columns(kind, cell.robot.joints)
     omitted = {"t", "pose", "view", "line", "run", "marker", "corner"}
@@ -95,7 +99,7 @@ def experiment_signals(
     return out + _turns(cell, data, predicted, x, rows)
 
 
-def _values(table: Any | None, name: str, rows: np.ndarray) -> np.ndarray | None:
+def _values(table: kr5.io.Table | None, name: str, rows: np.ndarray) -> np.ndarray | None:
     return np.asarray(table[name], dtype=float)[rows] if table is not None and name in table else None
 
 
@@ -103,7 +107,9 @@ def _finite(values: np.ndarray | None) -> np.ndarray | None:
     return values if values is not None and np.any(np.isfinite(values)) else None
 
 
-def _turns(cell: kr5.cell.Cell, data: Any, predicted: Any | None, x: np.ndarray, rows: np.ndarray) -> list[Signal]:
+def _turns(
+    cell: kr5.cell.Cell, data: kr5.io.Table, predicted: kr5.io.Table | None, x: np.ndarray, rows: np.ndarray
+) -> list[Signal]:
     """The residual of an orientation, as rotation vector."""
     from scipy.spatial.transform import Rotation
 
@@ -169,6 +175,6 @@ def pack(values: np.ndarray) -> dict[str, Any]:
     return {"low": low, "step": step, "data": base64.b64encode(codes.tobytes()).decode()}
 
 
-def signal_of(name: str, label: str, unit: str, group: str, x: np.ndarray, values: Any) -> Signal:
+def signal_of(name: str, label: str, unit: str, group: str, x: np.ndarray, values: npt.ArrayLike) -> Signal:
     """A signal of a simulation that nothing recorded is compared with."""
     return Signal(name, label, unit, group, x, simulated=np.asarray(values, dtype=float))

@@ -7,6 +7,7 @@ import contextlib
 import importlib
 import io
 import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn, cast
 
@@ -18,6 +19,8 @@ from kr5_tools.pages.rendering import embed_plot, render_page, script_json, writ
 
 if TYPE_CHECKING:  # for types alone: it loads numpy and pydantic, which --help need not wait for
     from kr5.files.result_types import FigureData, FrameData, ResultData, ViewData, ViewNumber
+
+    from kr5_tools.calibrate.plots import Plot
 
 app = typer.Typer()
 
@@ -154,7 +157,7 @@ def write_report(data: ResultData, source: Path, output: Path, png: Path | None 
             plt.close(plot.figure)
 
 
-def make_page(data: ResultData, source: Path, drawn: list[Any]) -> str:
+def make_page(data: ResultData, source: Path, drawn: list[Plot]) -> str:
     """The HTML of the page."""
     from kr5.files import results
 
@@ -192,7 +195,7 @@ def make_page(data: ResultData, source: Path, drawn: list[Any]) -> str:
 ICONS = {"good": "✓", "doubtful": "!", "unusable": "✗"}  # beside the colour, for those who do not see it
 
 
-def flatten(values: dict[str, Any], prefix: str = "") -> list[tuple[str, str]]:
+def flatten(values: Mapping[str, object], prefix: str = "") -> list[tuple[str, str]]:
     """Nested values as pairs of name and text; long lists by their length."""
     out = []
     for key, value in values.items():

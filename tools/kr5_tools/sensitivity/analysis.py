@@ -4,6 +4,7 @@ import time
 from dataclasses import dataclass
 from typing import Any
 
+import kr5.uncertainty
 import numpy as np
 
 from kr5_tools.sensitivity.inputs_file import Quantity
@@ -40,7 +41,13 @@ class Analysis:
 Row = tuple[int, Numbers]
 
 
-def evaluate_rows(model: Model, inputs: tuple[Any, ...], options: Any, first: int, count: int) -> tuple[str, list[Row]]:
+def evaluate_rows(
+    model: Model,
+    inputs: tuple[kr5.uncertainty.UncertainInput, ...],
+    options: kr5.uncertainty.SobolOptions,
+    first: int,
+    count: int,
+) -> tuple[str, list[Row]]:
     """Outputs of rows of the design, each (free inputs + 2) x outputs, and the version of the library."""
     import kr5
     from kr5.uncertainty import sobol_design
@@ -51,7 +58,7 @@ def evaluate_rows(model: Model, inputs: tuple[Any, ...], options: Any, first: in
     return kr5.__version__, [(first + k, outputs[k * each : (k + 1) * each]) for k in range(count)]
 
 
-def probe(analysis: Analysis, options: Any) -> tuple[int, float]:
+def probe(analysis: Analysis, options: kr5.uncertainty.SobolOptions) -> tuple[int, float]:
     """Number of outputs, and seconds an evaluation takes; complains of a model that cannot be evaluated."""
     begin = time.perf_counter()
     _, rows = evaluate_rows(analysis.model, analysis.inputs, options, 0, 1)

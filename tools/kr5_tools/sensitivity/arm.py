@@ -8,6 +8,7 @@ from typing import Any
 
 import kr5
 import kr5.cell
+import kr5.kinematics
 import numpy as np
 from kr5.files.paths import SHIPPED_CELL, find_shipped
 
@@ -87,7 +88,7 @@ def joint_limits(cell: kr5.cell.Cell, path: Path, printed: bool) -> tuple[tuple[
     return None if limits is None else tuple(zip(map(float, limits.lower), map(float, limits.upper)))
 
 
-def parse_posture(text: str, chain: Any) -> tuple[float, ...]:
+def parse_posture(text: str, chain: kr5.kinematics.DhChain) -> tuple[float, ...]:
     """Joint values as typed, in degrees, of prismatic joints in mm."""
     try:
         values = [float(part) for part in text.replace(",", " ").split()]
@@ -105,7 +106,7 @@ def parse_posture(text: str, chain: Any) -> tuple[float, ...]:
     )
 
 
-def is_prismatic(joint: Any) -> bool:
+def is_prismatic(joint: kr5.kinematics.DhJoint) -> bool:
     return str(joint.type) == "prismatic"
 
 
@@ -180,7 +181,7 @@ def explanation(arm: Arm, group: str, averaged: bool, tolerances: Tolerances) ->
     )
 
 
-def in_group(parameter: Any, group: str, arm: Arm) -> bool:
+def in_group(parameter: kr5.kinematics.JointParameter, group: str, arm: Arm) -> bool:
     if group in ("all", "errors"):
         return True
     if group in ("lengths", "angles"):

@@ -1,6 +1,5 @@
 """`kr5 sensitivity`: Sobol's indices of a function of Python, or of an arm's parameters."""
 
-import importlib.util
 from pathlib import Path
 from typing import Annotated, Any, cast
 
@@ -94,8 +93,7 @@ def sensitivity(
         typer.Option(
             min=1,
             show_default=False,
-            help="Number of processes on this machine; by default one per core for what takes longer. 1 runs without"
-            " Dask.",
+            help="Number of processes on this machine; by default one per core for what takes longer.",
         ),
     ] = None,
     scheduler: Annotated[
@@ -180,7 +178,7 @@ def _arm_analyses(
     return [arm_module.arm_analysis(arm, group, tolerances) for group in dict.fromkeys(wanted)]
 
 
-def _function_analysis(given: str, file: Path | None, vectorized: bool, options: Any) -> Analysis:
+def _function_analysis(given: str, file: Path | None, vectorized: bool, options: uncertainty.SobolOptions) -> Analysis:
     if file is None:
         terminal.fail("--inputs: is missing; expected a file with the distributions of the inputs")
     inputs, units, outputs = read_inputs(file)
@@ -214,7 +212,12 @@ def _check_folder(output: Path, analyses: list[Analysis]) -> None:
 
 
 def _run(
-    analysis: Analysis, folder: Path, options: Any, workers: int | None, scheduler: str | None, to: Console
+    analysis: Analysis,
+    folder: Path,
+    options: uncertainty.SobolOptions,
+    workers: int | None,
+    scheduler: str | None,
+    to: Console,
 ) -> dict[str, Any]:
     """The indices of one analysis, with more rows until they are certain enough."""
     own = type(options)(**{**options.to_dict(), "resolution": analysis.resolution})
@@ -229,7 +232,7 @@ def _run(
         while True:
             missing = rows.missing(samples)
             work = seconds * analysis.evaluations_of_row * len(missing)
-            processes = workers or (1 if native or work < analysis_module.LONG else _processes())
+            processes = workers or (1 if native or work < analysis_module.LONG else core_count())
             job = _job(analysis, own, missing, seconds)
             runner.run_job(job, min(processes, max(1, len(missing))), scheduler, rows.add)
             found = uncertainty.sobol_estimate(rows.outputs(samples), list(analysis.inputs), own)
@@ -239,11 +242,7 @@ def _run(
     return _described(analysis, found, own, count)
 
 
-def _processes() -> int:
-    return core_count() if importlib.util.find_spec("distributed") else 1
-
-
-def _job(analysis: Analysis, options: Any, missing: list[int], seconds: float) -> runner.Job:
+def _job(analysis: Analysis, options: uncertainty.SobolOptions, missing: list[int], seconds: float) -> runner.Job:
     def batches(workers: int) -> list[tuple[Any, ...]]:
         parts = split_rows(missing, analysis.evaluations_of_row, workers, seconds)
         return [(analysis.model, analysis.inputs, options, first, count) for first, count in parts]
@@ -251,7 +250,9 @@ def _job(analysis: Analysis, options: Any, missing: list[int], seconds: float) -
     return runner.Job(evaluate_rows, batches, len(missing), f"evaluating {analysis.name}", "rows")
 
 
-def _described(analysis: Analysis, found: Any, options: Any, count: int) -> dict[str, Any]:
+def _described(
+    analysis: Analysis, found: uncertainty.SobolResult, options: uncertainty.SobolOptions, count: int
+) -> dict[str, Any]:
     """The result as it is written: indices in the order of the free inputs, outputs in SI."""
     outputs = analysis.outputs or tuple(Quantity(f"output {k + 1}") for k in range(count))
     alone = uncertainty.one_at_a_time(analysis.model.evaluate, list(analysis.inputs))

@@ -114,7 +114,7 @@ class FunctionModel:
         except Exception as error:  # whatever the user's code raises is the user's to mend
             raise ModelError(f"{self.label}: raised {type(error).__name__}: {error} at {self._at(sample)}") from None
 
-    def _flat(self, found: Any, sample: Numbers) -> Numbers:
+    def _flat(self, found: object, sample: Numbers) -> Numbers:
         if isinstance(found, dict):
             found = list(found.values())
         row = np.atleast_1d(self._numbers(found, sample))
@@ -125,7 +125,7 @@ class FunctionModel:
             )
         return row
 
-    def _numbers(self, found: Any, sample: Numbers) -> Numbers:
+    def _numbers(self, found: object, sample: Numbers) -> Numbers:
         try:
             return np.asarray(found, dtype=np.float64)
         except (TypeError, ValueError):

@@ -5,8 +5,8 @@ import hashlib
 import json
 import zlib
 from pathlib import Path
-from typing import Any
 
+import kr5.uncertainty
 import numpy as np
 from kr5.files.writing import to_plain
 
@@ -35,7 +35,7 @@ class OutputsFolder(RunFolder):
     """Outputs of rows that are finished. A record is the number of the row, a checksum, and the outputs as they come
     from the model; a record that is spoiled or broken off is evaluated again."""
 
-    def __init__(self, path: Path, analysis: Analysis, outputs: int, options: Any):
+    def __init__(self, path: Path, analysis: Analysis, outputs: int, options: kr5.uncertainty.SobolOptions):
         self.rows: dict[int, Numbers] = {}
         self.shape = (analysis.evaluations_of_row, outputs)
         self.record = np.dtype([("row", "<i8"), ("check", "<u4"), ("values", "<f8", self.shape)])

@@ -1,5 +1,6 @@
 """Tables and page of a sensitivity analysis."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -17,13 +18,13 @@ def output_heads(analysis: dict[str, Any]) -> list[str]:
     return [output["name"] for output in analysis["outputs"]]
 
 
-def rows_by_weight(analysis: dict[str, Any]) -> list[int]:
+def rows_by_weight(analysis: Mapping[str, object]) -> list[int]:
     """Inputs, the most important ones first."""
     weight = np.array(analysis["total"], float).max(axis=1)
     return [int(k) for k in np.argsort(-weight, kind="stable")]
 
 
-def widest_interval(analysis: dict[str, Any]) -> float:
+def widest_interval(analysis: Mapping[str, object]) -> float:
     """Half of the widest interval of an index."""
     return max(
         float((np.array(analysis[f"{kind}_high"]) - np.array(analysis[f"{kind}_low"])).max()) / 2

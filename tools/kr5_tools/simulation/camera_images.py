@@ -1,9 +1,11 @@
 """Pictures that a simulated cell takes, as the folder that `kr5 calibrate hand-eye` reads."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import kr5.cell
+import numpy as np
 import yaml
 from kr5.files import writing
 from kr5.files.paths import library_path
@@ -28,7 +30,6 @@ def write_views(folder: Path, cell: kr5.cell.Cell, shots: list[Shot], options: d
     `options` are those of the renderer; each image has a seed of its own.
     """
     import kr5.vision
-    import numpy as np
 
     (folder / "images").mkdir(parents=True, exist_ok=True)
     random, files, rows = np.random.default_rng(options.get("seed", 1)), [], []
@@ -64,13 +65,11 @@ def write_views(folder: Path, cell: kr5.cell.Cell, shots: list[Shot], options: d
     return files
 
 
-def shots_of(simulator: Any, cell: kr5.cell.Cell, postures: Any, times: Any) -> list[Shot]:
+def shots_of(simulator: kr5.cell.Simulator, cell: kr5.cell.Cell, postures: np.ndarray, times: np.ndarray) -> list[Shot]:
     """A picture in each posture of the arm at rest, as it really is."""
     import kr5
-    import kr5.cell
     import kr5.io
     import kr5.predict
-    import numpy as np
 
     n = cell.robot.joints
     poses = kr5.cell.Experiment(name="pictures", kind="poses", file="pictures.csv", split="check")
@@ -88,8 +87,7 @@ def shots_of(simulator: Any, cell: kr5.cell.Cell, postures: Any, times: Any) -> 
     ]
 
 
-def _pose(row: Any) -> Any:
-    import numpy as np
+def _pose(row: np.ndarray) -> np.ndarray:
     from scipy.spatial.transform import Rotation
 
     T = np.eye(4)
@@ -98,8 +96,7 @@ def _pose(row: Any) -> Any:
     return T
 
 
-def _pose_row(T: Any) -> list[float]:
-    import numpy as np
+def _pose_row(T: np.ndarray) -> list[float]:
     from scipy.spatial.transform import Rotation
 
     return [*np.asarray(T)[:3, 3], *Rotation.from_matrix(np.asarray(T)[:3, :3]).as_quat()]
@@ -115,8 +112,6 @@ def _target(cell: kr5.cell.Cell) -> dict[str, Any] | None:
 
 
 def _truth(cell: kr5.cell.Cell, shot: Shot) -> dict[str, Any]:
-    import numpy as np
-
     T_base_flange, T_base_camera = np.asarray(shot.T_base_flange), np.asarray(shot.scene.T_base_camera)
     fixed = str(cell.camera.mount) == "eye_to_hand"
     out = {
@@ -137,7 +132,7 @@ def _truth(cell: kr5.cell.Cell, shot: Shot) -> dict[str, Any]:
     return out
 
 
-def _write(file: Path, data: dict[str, Any]) -> None:
+def _write(file: Path, data: Mapping[str, object]) -> None:
     plain = writing.to_plain(data)
     nested = any(
         isinstance(value, (dict, list)) for value in plain.values()

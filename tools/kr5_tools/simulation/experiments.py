@@ -1,23 +1,21 @@
 """Experiments of a simulated cell."""
 
-from typing import Any
-
 import kr5.cell
+import kr5.io
+import numpy as np
 
 
-def with_load(cell: kr5.cell.Cell, weight: float) -> Any:
+def with_load(cell: kr5.cell.Cell, weight: float) -> kr5.cell.Cell:
     """The cell with the known weight of a protocol on its tool."""
     import kr5.gap
 
     return kr5.gap.with_load(cell, weight) if weight > 0 else cell
 
 
-def simulate_experiment(cell: kr5.cell.Cell, simulator: Any, experiment: kr5.cell.Experiment, seed: list[int]) -> Any:
+def simulate_experiment(
+    cell: kr5.cell.Cell, simulator: kr5.cell.Simulator, experiment: kr5.cell.Experiment, seed: list[int]
+) -> kr5.io.Table:
     """Given columns and what noisy sensors show. Rows in which a sensor sees nothing are left out."""
-    import kr5.cell
-    import kr5.io
-    import numpy as np
-
     random = np.random.default_rng(seed)
     given, predicted = experiment.data, simulator.predict(cell, experiment)
     values = {name: np.array(given[name]) for name in given.columns} | {
@@ -32,9 +30,8 @@ def simulate_experiment(cell: kr5.cell.Cell, simulator: Any, experiment: kr5.cel
     return kr5.io.Table(list(values), table[np.isfinite(table).all(axis=1)])
 
 
-def turn_a_little(values: dict[str, Any], sigma: float, random: Any) -> None:
+def turn_a_little(values: dict[str, np.ndarray], sigma: float, random: np.random.Generator) -> None:
     """Turns each orientation by a random rotation vector in its own frame."""
-    import numpy as np
     from scipy.spatial.transform import Rotation
 
     names = ("qx", "qy", "qz", "qw")

@@ -16,6 +16,7 @@ import kr5.io
 import kr5.kinematics
 import kr5.predict
 import numpy as np
+import numpy.typing as npt
 from kr5.files.documents import (
     Document,
     OpenDocument,
@@ -139,7 +140,9 @@ def load_on_tool(file: Path) -> float:
     return read_document(file, ProtocolFile).load
 
 
-def _experiment(file: Path, entry: ExperimentEntry, cell: kr5.cell.Cell, home: Any, seed: list[int], index: int) -> Any:
+def _experiment(
+    file: Path, entry: ExperimentEntry, cell: kr5.cell.Cell, home: list[float] | None, seed: list[int], index: int
+) -> kr5.cell.Experiment:
     at: tuple[int | str, ...] = ("experiments", index)
     if entry.given is not None:
         table = kr5.io.load_csv(file.parent / entry.given)
@@ -165,7 +168,7 @@ def _parameters_of(signal: Callable[..., Any]) -> type[Document]:
     return create_model(signal.__name__, __base__=Document, **fields)
 
 
-def _table(names: list[str], *columns: Any) -> Any:
+def _table(names: list[str], *columns: npt.ArrayLike) -> kr5.io.Table:
     return kr5.io.Table(names, np.column_stack(columns))
 
 

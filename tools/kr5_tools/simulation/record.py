@@ -1,9 +1,10 @@
 """`kr5 record`: a protocol, run in the simulator."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import kr5.cell
+import kr5.io
 import typer
 from kr5.files import writing
 
@@ -46,8 +47,6 @@ def record(
     json_file: arguments.JsonOption = None,
 ) -> None:
     """Recording of a simulated cell: runs a protocol in the simulator and adds the noise stated in the cell."""
-    import kr5.cell
-
     from kr5_tools.simulation import protocol_file
 
     writing.check_new_folder(output)
@@ -78,7 +77,12 @@ def record(
 
 
 def take_pictures(
-    folder: Path, cell: kr5.cell.Cell, believed: kr5.cell.Cell, simulator: Any, views: Any, seed: int
+    folder: Path,
+    cell: kr5.cell.Cell,
+    believed: kr5.cell.Cell,
+    simulator: kr5.cell.Simulator,
+    views: kr5.io.Table,
+    seed: int,
 ) -> None:
     """A picture of each view, and what belongs to it."""
     import numpy as np

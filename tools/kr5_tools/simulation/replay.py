@@ -80,8 +80,6 @@ def load_runs(
     path: Path, cell_file: Path | None, rows: int, seed: int, full: bool
 ) -> tuple[Any, list[Run], list[Skipped]]:
     """What the path holds: the cell, what moves, and what cannot be shown."""
-    import kr5.cell
-
     cell = kr5.cell.load_cell(cell_file) if cell_file else None
     if (path / "recording.yaml").is_file():
         recording = kr5.cell.load_recording(path)
@@ -101,7 +99,7 @@ def load_runs(
     return cell, [joint_by_joint(cell)], []
 
 
-def check_same_joints(recorded: Any, cell: kr5.cell.Cell | None, cell_file: Path | None) -> None:
+def check_same_joints(recorded: kr5.cell.Cell, cell: kr5.cell.Cell | None, cell_file: Path | None) -> None:
     if cell is not None and cell.robot.joints != recorded.robot.joints:
         terminal.fail(
             f"{cell_file}: robot: found {cell.robot.joints} joints, expected the {recorded.robot.joints} of the"

@@ -1,7 +1,7 @@
 """The page of a scene: the cell in 3D above the signals of the scene, and the result of each expectation."""
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from kr5.files.result_types import ResultData
@@ -13,6 +13,9 @@ from kr5_tools.replay.page import make_page
 from kr5_tools.replay.peg_rotation import peg_rotations
 from kr5_tools.replay.runs import Run
 from kr5_tools.replay.signals import signal_of
+
+if TYPE_CHECKING:
+    import kr5.sim
 
 # Columns of a scene beside those of a motion: label, unit and quantity.
 ARM_COLUMNS = {
@@ -36,7 +39,7 @@ CHECK_COLUMNS = ["column", "statistic", "from [s]", "to [s]", "value", "at least
 CHECK_TEXT = "Each statistic is that of the column from the first time to the second."
 
 
-def scene_result(result: Any, name: str) -> dict[str, Any]:
+def scene_result(result: "kr5.sim.SceneResult", name: str) -> dict[str, Any]:
     """What a scene gave (`kr5-scene-result/1`): each expectation, in SI, with the time that it is about."""
     end = float(result.rows["t"][-1])
     checks = [{**check.to_dict(), "unit": column_meaning(result, check.expected.column)[1]} for check in result.checks]
@@ -50,7 +53,7 @@ def verdict_text(data: ResultData) -> str:
     return f"{met} of {format_count(count, 'expectation')} met."
 
 
-def scene_page(result: Any, data: ResultData, run: Run, source: Path) -> str:
+def scene_page(result: "kr5.sim.SceneResult", data: ResultData, run: Run, source: Path) -> str:
     """The HTML of a scene that has just been run; `data`: its result."""
     return make_page(
         result.cell,
@@ -82,7 +85,7 @@ def checks_table(data: ResultData) -> dict[str, Any]:
     return {"title": "Expectations", "columns": CHECK_COLUMNS, "rows": rows, "texts": [CHECK_TEXT]}
 
 
-def column_meaning(result: Any, name: str) -> tuple[str, str, str]:
+def column_meaning(result: "kr5.sim.SceneResult", name: str) -> tuple[str, str, str]:
     """Label, unit and quantity of a column of a scene."""
     import kr5.cell
 
@@ -115,7 +118,7 @@ def check_row(check: dict[str, Any]) -> list[str]:
     ]
 
 
-def scene_run(result: Any) -> Run:
+def scene_run(result: "kr5.sim.SceneResult") -> Run:
     """Postures of the arm over the time of the scene, and the columns of the scene as signals."""
     n, t = result.cell.robot.joints, np.asarray(result.rows["t"])
     signals = [
@@ -131,7 +134,7 @@ def scene_run(result: Any) -> Run:
     return Run("push", shown - t[0], q=q, signals=signals, first=first)
 
 
-def _pushed(result: Any, t: Any) -> tuple[Any, Any]:
+def _pushed(result: "kr5.sim.SceneResult", t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """A push knows the peg alone: postures of the arm that would hold it so."""
     import kr5.kinematics
 
@@ -139,9 +142,9 @@ def _pushed(result: Any, t: Any) -> tuple[Any, Any]:
 
     cell, rows = result.cell, result.rows
     limits = cell.robot.limits
-    options = kr5.kinematics.InverseOptions(
-        near=rest_posture(cell, None), **({"lower": limits.lower, "upper": limits.upper} if limits else {})
-    )
+    options = kr5.kinematics.InverseOptions(near=rest_posture(cell, None))
+    if limits:
+        options.lower, options.upper = limits.lower, limits.upper
     kept: list[Any] = []
     q: list[Any] = []
     peg = peg_rotations(np.asarray(rows["tilt"]), np.asarray(rows["alpha"]))

@@ -1,10 +1,12 @@
 """`kr5 detect`: targets and markers in images, drawn where they were seen."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
 import kr5
 import numpy as np
+import numpy.typing as npt
 import typer
 from kr5 import vision
 from kr5.files import writing
@@ -58,7 +60,7 @@ def detect(
     if size is not None and not size > 0:
         fail(f"--size: found {size}, expected the side of the markers in metres, above 0")
 
-    def look(image: Any, lens: Any) -> tuple[list[Any], dict[str, Any] | None]:
+    def look(image: np.ndarray, lens: kr5.Pinhole | None) -> tuple[list[Any], dict[str, Any] | None]:
         return (
             _in_target(image, wanted, lens, options) if wanted else _in_family(image, family or [], size, lens, options)
         )
@@ -95,8 +97,12 @@ def detect(
     )
 
 
+# what is seen in an image, and why nothing is
+Look = Callable[[np.ndarray, kr5.Pinhole | None], tuple[list[dict[str, Any]], dict[str, Any] | None]]
+
+
 def _in_image(
-    file: Path, look: Any, camera: Path | None, drawing: Path | None, alone: bool
+    file: Path, look: Look, camera: Path | None, drawing: Path | None, alone: bool
 ) -> tuple[list[Any], dict[str, Any] | None, dict[str, str]]:
     """What is seen in an image, or why nothing is, and where that is drawn."""
     try:
@@ -130,7 +136,14 @@ def _of_view(items: list[dict[str, Any]]) -> dict[str, Any]:
     }
 
 
-def _pose(points: Any, pixels: Any, ids: Any, lens: Any, sigma: Any, correlation: float) -> dict[str, Any]:
+def _pose(
+    points: npt.ArrayLike,
+    pixels: npt.ArrayLike,
+    ids: list[int],
+    lens: kr5.Pinhole,
+    sigma: npt.ArrayLike,
+    correlation: float,
+) -> dict[str, Any]:
     view = kr5.View(points=points, pixels=pixels, ids=ids)
     # Four corners hardly tell of themselves how far they are off; their detection does.
     known = float(np.sqrt(np.mean(np.square(sigma)))) if len(ids) < 6 else 0.0
@@ -140,7 +153,9 @@ def _pose(points: Any, pixels: Any, ids: Any, lens: Any, sigma: Any, correlation
     return {"pose": pose.to_dict(), "rms_px": pose.rms_px}
 
 
-def _in_target(image: Any, target: Any, lens: Any, options: Any) -> tuple[list[Any], dict[str, Any] | None]:
+def _in_target(
+    image: np.ndarray, target: kr5.Target, lens: kr5.Pinhole | None, options: vision.DetectOptions
+) -> tuple[list[Any], dict[str, Any] | None]:
     seen = vision.find_target(image, target, options)
     if str(seen.status) != "found":
         return [], {"status": str(seen.status), "message": seen.message}
@@ -160,7 +175,7 @@ def _in_target(image: Any, target: Any, lens: Any, options: Any) -> tuple[list[A
 
 
 def _in_family(
-    image: Any, families: list[str], size: float | None, lens: Any, options: Any
+    image: np.ndarray, families: list[str], size: float | None, lens: kr5.Pinhole | None, options: vision.DetectOptions
 ) -> tuple[list[Any], dict[str, Any] | None]:
     choice = vision.TagOptions(
         families=families, decimate=options.decimate, threads=options.threads, refine=options.refine
@@ -169,7 +184,7 @@ def _in_family(
     for tag in vision.find_tags(image, choice):
         half = (size or 1.0) / 2
         points = half * np.array([[-1, 1, 1, -1], [-1, -1, 1, 1], [0, 0, 0, 0]], float)
-        item = {
+        item: dict[str, Any] = {
             "what": tag.family,
             "id": tag.id,
             "points": points,
@@ -186,7 +201,7 @@ def _in_family(
     return items, None if items else {"status": "not_found", "message": f"no marker of {', '.join(families)} is seen"}
 
 
-def _figures(found: list[Any]) -> list[dict[str, Any]]:
+def _figures(found: list[dict[str, Any]]) -> list[dict[str, Any]]:
     rows = []
     for item in found:
         if pose := item.get("pose"):
@@ -197,7 +212,7 @@ def _figures(found: list[Any]) -> list[dict[str, Any]]:
     return rows
 
 
-def _draw(image: Any, items: list[Any], lens: Any, file: Path) -> None:
+def _draw(image: np.ndarray, items: list[dict[str, Any]], lens: kr5.Pinhole | None, file: Path) -> None:
     """The image with outlines, numbers and, when a pose is known, the axes X red, Y green, Z blue."""
     import matplotlib
 

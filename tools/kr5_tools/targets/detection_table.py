@@ -13,7 +13,7 @@ from kr5_tools.cli.terminal import Console
 COLUMNS = ("image", "what", "corners [px]", "noise [px]", "RMS [px]")
 
 
-def median_noise(items: Sequence[Mapping[str, Any]]) -> float | None:
+def median_noise(items: Sequence[Mapping[str, object]]) -> float | None:
     """Median of the standard deviations of the points [px]; None where none is known."""
     sigma = np.hstack([np.asarray(item["sigma"], float) for item in items])
     return float(np.median(sigma[sigma > 0])) if (sigma > 0).any() else None

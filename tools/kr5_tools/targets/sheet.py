@@ -4,9 +4,9 @@ import math
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import kr5
+import numpy as np
 from matplotlib.figure import Figure
 
 # Width and height, upright [mm].
@@ -62,10 +62,9 @@ def parse_paper(text: str) -> tuple[float, float]:
     return sizes[0], sizes[1]
 
 
-def measure_extent(target: Any) -> Extent:
+def measure_extent(target: kr5.Target) -> Extent:
     """Size and border of a target, from a coarse picture."""
     import kr5.vision
-    import numpy as np
 
     width, height = (1e3 * float(v) for v in np.diff(kr5.vision.printed_area(target), axis=1).ravel())
     dot = max(width, height) / PROBE
@@ -75,7 +74,7 @@ def measure_extent(target: Any) -> Extent:
     return Extent(width, height, (left, top, width - dot * (columns[-1] + 1), height - dot * (rows[-1] + 1)))
 
 
-def choose_sheet(target: str, parsed: Any, paper: str, orientation: str) -> tuple[float, float]:
+def choose_sheet(target: str, parsed: kr5.Target, paper: str, orientation: str) -> tuple[float, float]:
     """Width and height of the sheet as it is printed [mm]; complains of one that is too small, and says what fits."""
     extent, (short, long) = measure_extent(parsed), parse_paper(paper)
     for sheet in allowed_sheets(short, long, orientation):
@@ -132,7 +131,9 @@ def scale_lengths(target: str, factor: float) -> str | None:
     return ":".join(parts)
 
 
-def draw_sheet(picture: Any, target: str, extent: tuple[float, float], sheet: tuple[float, float], dpi: int) -> Any:
+def draw_sheet(
+    picture: np.ndarray, target: str, extent: tuple[float, float], sheet: tuple[float, float], dpi: int
+) -> Figure:
     """The figure of a sheet: the target across the middle, below it the ruler. `extent`: of the target [mm]."""
     import matplotlib
 

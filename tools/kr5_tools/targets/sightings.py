@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import kr5
 from kr5.files import images
@@ -12,10 +12,14 @@ from kr5.files.paths import library_path
 
 from kr5_tools.cli import terminal
 
+if TYPE_CHECKING:
+    import kr5.vision
+    import numpy as np
+
 MM = 1000.0
 
 
-def load_target(text: str) -> Any:
+def load_target(text: str) -> kr5.Target:
     """A target from its short form, from a YAML or JSON file with its fields, or from what `kr5 calibrate map`
     wrote."""
     if not text.endswith((".yaml", ".yml", ".json")):
@@ -75,11 +79,11 @@ def load_image(file: Path | str) -> Any:
 
 def find_in_images(
     files: Sequence[Path | str],
-    target: Any,
+    target: kr5.Target,
     least: int,
     points: int = 0,
-    options: Any = None,
-    load: Callable[[Path | str], Any] = load_image,
+    options: "kr5.vision.DetectOptions | None" = None,
+    load: "Callable[[Path | str], np.ndarray]" = load_image,
 ) -> Sightings:
     """The target in all images of one camera; complains when fewer than `least` show it with `points` or more, and of
     an image that cannot be read or is of another size than those before."""

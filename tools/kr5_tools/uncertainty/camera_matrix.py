@@ -7,6 +7,7 @@ from typing import Any
 
 import kr5
 import numpy as np
+import numpy.typing as npt
 from kr5.files.documents import read_document
 from kr5.logs.units import UNITS
 
@@ -124,22 +125,22 @@ def camera_matrix_result(scene: Scene, draws: int, seed: int, noisy_pixel: bool,
     return {"verdict": {"word": "good", "text": text}, "parts": parts, "result": result}
 
 
-def middle_corner(corners: list[Any]) -> int:
+def middle_corner(corners: list[kr5.BackProjectedCorner]) -> int:
     places = np.array([c.point for c in corners])
     return int(np.argmin(np.linalg.norm(places - places.mean(axis=0), axis=1)))
 
 
-def deviations(covariance: Any) -> tuple[float, float]:
+def deviations(covariance: npt.ArrayLike) -> tuple[float, float]:
     """Of X and Z [mm]."""
     sigma = 1e3 * np.sqrt(np.maximum(np.diag(np.asarray(covariance)), 0))
     return float(sigma[0]), float(sigma[2])
 
 
-def pair(covariance: Any) -> str:
+def pair(covariance: npt.ArrayLike) -> str:
     return " / ".join(f"{x:.4f}" if x < 10 else f"{x:.3g}" for x in deviations(covariance))
 
 
-def noise_table(scene: Scene, found: list[Any], corner: int) -> dict[str, Any]:
+def noise_table(scene: Scene, found: list[kr5.BackProjectionResult], corner: int) -> dict[str, Any]:
     rows = []
     for noise, result in zip(scene.document.noise, found):
         one = result.corners[corner]
@@ -155,7 +156,7 @@ def noise_table(scene: Scene, found: list[Any], corner: int) -> dict[str, Any]:
     }
 
 
-def printed_table(scene: Scene, found: list[Any], corner: int) -> dict[str, Any]:
+def printed_table(scene: Scene, found: list[kr5.BackProjectionResult], corner: int) -> dict[str, Any]:
     """Beside Table 3.5, by pixel of noise: what the book's board and distance must have been is not known."""
     printed = scene.document.printed
     assert printed is not None
@@ -179,7 +180,7 @@ def printed_table(scene: Scene, found: list[Any], corner: int) -> dict[str, Any]
     }
 
 
-def corner_table(result: Any, noise: float) -> dict[str, Any]:
+def corner_table(result: kr5.BackProjectionResult, noise: float) -> dict[str, Any]:
     places = np.array([c.point for c in result.corners])
     away = np.linalg.norm(places - places.mean(axis=0), axis=1)
     rows = []
@@ -195,7 +196,7 @@ def corner_table(result: Any, noise: float) -> dict[str, Any]:
     }
 
 
-def texts_of(scene: Scene, result: Any, noise: float) -> list[str]:
+def texts_of(scene: Scene, result: kr5.BackProjectionResult, noise: float) -> list[str]:
     board = scene.document.board
     return [
         f"{scene.points.shape[1]} corners of {board.square:g} {scene.document.length} squares on two planes,"
@@ -206,7 +207,7 @@ def texts_of(scene: Scene, result: Any, noise: float) -> list[str]:
     ]
 
 
-def corner_ellipses(result: Any, noise: float, confidence: float) -> dict[str, Any]:
+def corner_ellipses(result: kr5.BackProjectionResult, noise: float, confidence: float) -> dict[str, Any]:
     pick = np.ix_([0, 2], [0, 2])
     return {
         "name": "corners",
@@ -225,7 +226,7 @@ def corner_ellipses(result: Any, noise: float, confidence: float) -> dict[str, A
     }
 
 
-def noise_lines(scene: Scene, found: list[Any], corner: int) -> dict[str, Any]:
+def noise_lines(scene: Scene, found: list[kr5.BackProjectionResult], corner: int) -> dict[str, Any]:
     noise = list(scene.document.noise)
     lines = []
     for name, kind in (("simulated", "simulated"), ("exact", "covariance")):

@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Any
 
+import kr5
 import numpy as np
 from kr5.files.documents import read_document, read_text
 
@@ -17,8 +18,6 @@ NEAR = 0.1  # share by which both deviations may differ before the second order 
 
 def read_chain(file: Path | None) -> tuple[list[str], list[Any], Any, float, Path]:
     """Names and poses (kr5.UncertainPose) of a chain, its point (kr5.UncertainVector or None) and the probability."""
-    import kr5
-
     source = file or BOOK / "grid.yaml"
     text = read_text(source, "a chain of poses")
     document = read_document(source, ChainFile, "a chain of poses, a list `chain`")
@@ -37,10 +36,10 @@ def read_chain(file: Path | None) -> tuple[list[str], list[Any], Any, float, Pat
     return names, chain, point, document.confidence, source
 
 
-def chain_result(names: list[str], chain: list[Any], point: Any, confidence: float) -> dict[str, Any]:
+def chain_result(
+    names: list[str], chain: list[kr5.UncertainPose], point: kr5.UncertainVector | None, confidence: float
+) -> dict[str, Any]:
     """Parts of the page, figures, verdict and numbers of a propagation."""
-    import kr5
-
     first, second = kr5.propagate_chain(chain), kr5.propagate_chain_unscented(chain)
     sigma = [np.sqrt(np.diag(pose.covariance)) for pose in (first, second)]
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -94,10 +93,8 @@ def _deviation_table(sigma: list[np.ndarray], shift: np.ndarray) -> dict[str, An
     }
 
 
-def _share_table(names: list[str], chain: list[Any]) -> dict[str, Any]:
+def _share_table(names: list[str], chain: list[kr5.UncertainPose]) -> dict[str, Any]:
     """Deviations at the end by the error of each pose alone."""
-    import kr5
-
     rows = []
     for k, name in enumerate(names):
         alone = [
@@ -120,7 +117,7 @@ def _share_table(names: list[str], chain: list[Any]) -> dict[str, Any]:
     }
 
 
-def _position_ellipses(first: Any, second: Any, confidence: float) -> dict[str, Any]:
+def _position_ellipses(first: kr5.UncertainPose, second: kr5.UncertainPose, confidence: float) -> dict[str, Any]:
     """The two coordinates that vary most."""
     C = np.asarray(second.covariance)[:3, :3]
     a, b = sorted(np.argsort(-np.diag(C), kind="stable")[:2].tolist())
@@ -143,10 +140,10 @@ def _position_ellipses(first: Any, second: Any, confidence: float) -> dict[str, 
     }
 
 
-def _point_part(T: Any, point: Any, confidence: float) -> tuple[dict[str, Any], dict[str, Any]]:
+def _point_part(
+    T: kr5.UncertainPose, point: kr5.UncertainVector, confidence: float
+) -> tuple[dict[str, Any], dict[str, Any]]:
     """Eq. 3.49, and the same with the error of the rotation, which it leaves out (I-06 of the digest)."""
-    import kr5
-
     book = kr5.transform_point(T, point.value, point.covariance, False)
     whole = kr5.transform_point(T, point.value, point.covariance, True)
     lever = 1e3 * float(np.linalg.norm(point.value))

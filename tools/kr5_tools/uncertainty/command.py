@@ -1,6 +1,7 @@
 """`kr5 uncertainty chain`, `camera-matrix`, `laser`, `fusion`."""
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, cast
 
@@ -182,7 +183,7 @@ def _probability(given: float | None, stated: float) -> float:
 
 
 def _write(
-    found: dict[str, Any],
+    found: Mapping[str, object],
     source: Path,
     output: Path | None,
     report: Path | None,

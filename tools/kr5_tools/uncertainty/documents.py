@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
 import numpy as np
 from kr5.files.documents import Document, PositiveNumber, check_names, fail_at
@@ -40,7 +40,7 @@ ThreeCovariance = Annotated[list[list[float]], AfterValidator(_square(3))]
 PoseNumbers = Six | list[Annotated[list[float], Field(min_length=4, max_length=4)]]
 
 
-def _check_one(sigma: Any, covariance: Any, needed: bool) -> None:
+def _check_one(sigma: object, covariance: object, needed: bool) -> None:
     """Complains of both, and of neither where one is needed."""
     if sigma is not None and covariance is not None:
         raise ValueError("found both, expected sigma or covariance")
@@ -179,7 +179,9 @@ class CameraMatrixFile(Units):
     printed: PrintedDeviations | None = None
 
 
-def pose_of(entry: Any, units: Units, source: Path, at: list[int | str], text: str) -> np.ndarray:
+def pose_of(
+    entry: PoseEntry | MeasurementEntry, units: Units, source: Path, at: list[int | str], text: str
+) -> np.ndarray:
     """The pose of an entry in SI; a rotation that was printed with few digits is put right."""
     import kr5
 

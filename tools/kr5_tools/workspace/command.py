@@ -56,7 +56,7 @@ def workspace(
     write_json(data, json_file)
 
 
-def _point(believed: kr5.cell.Cell, chain: Any, wanted: str) -> tuple[np.ndarray, str]:
+def _point(believed: kr5.cell.Cell, chain: kinematics.DhChain, wanted: str) -> tuple[np.ndarray, str]:
     wrist = kinematics.wrist_centre(chain)
     if wanted == "wrist" and wrist is None:
         fail("--point wrist: the last three axes of this arm do not meet in one point; choose flange or tool")
@@ -77,7 +77,9 @@ def _limits(believed: kr5.cell.Cell, joints: int) -> tuple[np.ndarray, np.ndarra
     return np.asarray(limits.lower, float), np.asarray(limits.upper, float)
 
 
-def _reach_without_limits(chain: Any, lower: np.ndarray, upper: np.ndarray, options: Any) -> float:
+def _reach_without_limits(
+    chain: kinematics.DhChain, lower: np.ndarray, upper: np.ndarray, options: kinematics.WorkspaceOptions
+) -> float:
     """The reach that follows from the lengths alone, which makers state; slides keep their limits."""
     turns = np.array([str(j.type) == "revolute" for j in chain.joints])
     free = kinematics.WorkspaceOptions(point=options.point, samples=1000, cells=4)
@@ -85,7 +87,9 @@ def _reach_without_limits(chain: Any, lower: np.ndarray, upper: np.ndarray, opti
     return float(kinematics.workspace_map(chain, low, high, free).reach)
 
 
-def _keys(found: Any, shown: str, lower: np.ndarray, upper: np.ndarray, stretched: float) -> dict[str, Any]:
+def _keys(
+    found: kinematics.WorkspaceMap, shown: str, lower: np.ndarray, upper: np.ndarray, stretched: float
+) -> dict[str, Any]:
     seen = np.asarray(found.counts) > 0
     best = np.where(seen, np.asarray(found.least), -np.inf)
     row, column = np.unravel_index(int(np.argmax(best)), best.shape)

@@ -1,8 +1,9 @@
 """Causes larger than the usual errors of a model, which may be that of another robot."""
 
 from pathlib import Path
-from typing import Any
 
+import kr5.cell
+import kr5.gap
 import numpy as np
 from kr5.gap import effect_text, joint_name
 
@@ -17,7 +18,7 @@ USUAL = {"m": (0.01, 1e3, "mm"), "rad": (0.05, 180 / np.pi, "degrees")}  # of a 
 USUAL_ZERO = 0.1  # [rad]
 
 
-def model_doubts(found: Any, cell: Any, model: str | None) -> list[str]:
+def model_warnings(found: kr5.gap.Diagnosis, cell: kr5.cell.Cell, model: str | None) -> list[str]:
     """Sentences that doubt the model of a diagnosis, or the zeros of its log. `cell`: without the causes; `model`: file
     of the model that was given beside a log or a recording."""
     names = found.joint_names
@@ -40,7 +41,7 @@ def model_doubts(found: Any, cell: Any, model: str | None) -> list[str]:
     return out
 
 
-def _far_text(cause: Any, cell: Any, joint: str) -> str:
+def _far_text(cause: kr5.gap.Cause, cell: kr5.cell.Cell, joint: str) -> str:
     """What of a cause is far from the cell's value; empty where nothing is. `joint`: its name in the model."""
     name = effect_text(cause.effect, cause.target)
     begin = f"{name} ({joint}; " if joint else f"{name} ("
@@ -63,7 +64,7 @@ def _far_text(cause: Any, cell: Any, joint: str) -> str:
     return ""
 
 
-def _is_far_zero(cause: Any) -> bool:
+def _is_far_zero(cause: kr5.gap.Cause) -> bool:
     """Whether a cause is the zero of a joint, an angle by which everything beyond it is moved, and far off."""
     if not moves_tool(cause.effect) or len(cause.parameters) != 1 or not cause.target.startswith("joint"):
         return False
