@@ -45,8 +45,8 @@ TEST_CASE("a bore is found from wherever it is seen, within its stated uncertain
     Random random(static_cast<std::uint64_t>(i));
     const Pose T = seen_start(random, camera);
     // The plane's frame has its origin and its turn anywhere on the face.
-    const Pose T_camera_plane = beside(T, random.uniform(-0.02, 0.02), random.uniform(-0.02, 0.02)) *
-                                Eigen::AngleAxisd(random.uniform(-3, 3), Vector3d::UnitZ());
+    const double x = random.uniform(-0.02, 0.02), y = random.uniform(-0.02, 0.02), turn = random.uniform(-3, 3);
+    const Pose T_camera_plane = beside(T, x, y) * Eigen::AngleAxisd(turn, Vector3d::UnitZ());
     const HoleDetection hole = find_hole(tube_image(T, camera, i), camera, T_camera_plane, {.radius = bore});
     INFO("seed " << i << ": " << hole.message);
     REQUIRE(hole.found());

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
 #include <opencv2/imgproc.hpp>
 
@@ -88,8 +89,8 @@ cv::Mat1b draw_square_on(const PlaneView& view, const RectifiedPlane& sheet) {
 }
 
 /// Circles on the plane with radii from `low` to `high` [m], best supported first.
-std::vector<PlaneCircle> hough_circles(const cv::Mat1b& drawn, const RectifiedPlane& sheet, const HoleOptions& o, double low,
-                                       double high) {
+std::vector<PlaneCircle> hough_circles(const cv::Mat1b& drawn, const RectifiedPlane& sheet, const HoleOptions& o,
+                                       double low, double high) {
   std::vector<cv::Vec3f> found;
   cv::HoughCircles(drawn, found, cv::HOUGH_GRADIENT, o.accumulator_pixel, o.pixels_per_radius, o.edge_threshold,
                    o.accumulator_votes, static_cast<int>(std::floor(low / sheet.pixel)),
@@ -121,6 +122,14 @@ struct Measured {
     for (const CircleEdge& known : right)
       if ((known.circle.centre - edge->circle.centre).norm() < o.radius) return;
     right.push_back(*edge);
+  }
+  /// Edges of one image are equally sharp: where several circles pass, those that their edges fit much more roughly
+  /// than the best one's were put together from edges of several things.
+  void keep_sharp() {
+    constexpr double rough = 5.0, blurred = 0.2;  // times the best one's RMS; of edges that no circle explains [px]
+    double best = std::numeric_limits<double>::infinity();
+    for (const CircleEdge& edge : right) best = std::min(best, edge.rms_px);
+    std::erase_if(right, [&](const CircleEdge& edge) { return edge.rms_px > std::max(rough * best, blurred); });
   }
 };
 
@@ -200,6 +209,7 @@ HoleDetection find_hole(ImageView image, const Pinhole& camera, const Pose& T_ca
   const double spread = std::max(options.radius_tolerance, 0.1 * options.radius);
   for (const PlaneCircle& c : hough_circles(drawn, sheet, options, options.radius - spread, options.radius + spread))
     measured.add(view, c, options);
+  if (measured.right.size() > 1) measured.keep_sharp();
   if (measured.right.size() == 1) return found(measured.right.front(), view, options);
   if (measured.right.size() > 1)
     return not_found(HoleStatus::Several, std::to_string(measured.right.size()) +
