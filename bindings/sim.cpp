@@ -271,7 +271,7 @@ static void bind_bin_sensors(py::module_& m) {
         "A straight pass over a bin along its Y, the scanner level and looking down, its X along that of the bin.");
   m.def("scan_bin", &scan_bin, py::arg("scene"), py::arg("path"), py::arg("scanner") = BinScannerOptions{},
         py::call_guard<py::gil_scoped_release>(),
-        "Scans a bin: a profile at each time of a path. A profile with a lag was taken that much earlier, at a pose "
+        "Scans a bin: a profile at each time of a path. A profile with a delay was taken that much earlier, at a pose "
         "interpolated on the path.");
   bind_struct<BinImageOptions>(m, "BinImageOptions", "Light and surfaces of a picture of pellets in a bin.");
   m.def("camera_above", &camera_above, py::arg("bin"), py::arg("height"),

@@ -39,8 +39,8 @@ def print_diagnosis(found: kr5.gap.Diagnosis, source: ComparedSource, to: Consol
     to.print(f"[bold {colour}]{word}.[/] {escape(found.text)}", soft_wrap=True, markup=True)
     nominal = source.recording.cell
     model = str(source.model.file) if source.model else None
-    for doubt in model_warnings(found, nominal, model):
-        to.print(f"[yellow]{escape(doubt)}[/]", soft_wrap=True, markup=True)
+    for warning in model_warnings(found, nominal, model):
+        to.print(f"[yellow]{escape(warning)}[/]", soft_wrap=True, markup=True)
     causes, names = found.causes, found.joint_names
     _say_list(to, "Causes", [cause_line(cause, names, nominal, len(causes) > 1) for cause in causes])
     print_source(source, to, everything)

@@ -1,7 +1,7 @@
 """What an insertion did, phase by phase, and how each peg ended: as rows of tables and as JSON."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from kr5_tools.cli.numbers import NONE
@@ -80,6 +80,11 @@ def peg_rows(result: "kr5.sim.InsertionResult") -> list[list[Any]]:
     return rows_of_pegs([p.to_dict() for p in result.pegs], result.T_tube_actual)
 
 
+def _max_force(peg: Mapping[str, Any]) -> float:
+    """[N], also of files in which it is called `greatest_force`."""
+    return float(peg["max_force"] if "max_force" in peg else peg["greatest_force"])
+
+
 def rows_of_pegs(
     pegs: list[dict[str, Any]], T_tube_actual: "Sequence[Sequence[float]] | np.ndarray"
 ) -> list[list[Any]]:
@@ -92,7 +97,7 @@ def rows_of_pegs(
             p["attempts"],
             f"{p['time']:.2f}",
             f"{1e3 * p['depth']:.2f}",
-            f"{p['max_force']:.1f}",
+            f"{_max_force(p):.1f}",
             f"{off:.3f}",
             NONE if p["hole_error"] is None or math.isnan(p["hole_error"]) else f"{1e3 * p['hole_error']:.3f}",
         ]

@@ -9,6 +9,7 @@ import traceback
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from multiprocessing.connection import Connection
+from multiprocessing.reduction import ForkingPickler
 from typing import Any
 
 SPAWN = multiprocessing.get_context("spawn")
@@ -44,6 +45,7 @@ class Process:
     def end(self) -> None:
         self._process.terminate()
         self._process.join()
+        self._connection.close()
 
 
 class Processes:
@@ -96,10 +98,15 @@ def _serve(connection: Connection) -> None:
             result, problem = None, None
             try:
                 result = function(*arguments)
-            except Exception as error:  # raised again by the process that asked
+            except (Exception, SystemExit) as error:  # raised again by the process that asked
                 error.add_note(traceback.format_exc())
                 problem = error
-            connection.send((result, problem))
+            try:
+                message = ForkingPickler.dumps((result, problem))
+            except Exception as error:  # of a result or an error that is local to this process
+                text = f"{type(problem or error).__name__}: {problem or error}"
+                message = ForkingPickler.dumps((None, RuntimeError(text)))
+            connection.send_bytes(message)
 
 
 @contextlib.contextmanager

@@ -62,7 +62,7 @@ def parse_trials(data: bytes, file: Path, grid: Grid) -> dict[Key, Trial]:
         lines = list(csv.reader(data.decode("utf-8").split("\n")[:-1]))
     except (UnicodeDecodeError, csv.Error) as error:
         raise kr5.FileError(file, f"is not a table of trials ({error})", remedy="choose another folder (-o)") from error
-    if tuple(lines[0]) != HEADER:
+    if tuple("max_force" if name == "greatest_force" else name for name in lines[0]) != HEADER:  # as it was called
         raise kr5.FileError(
             file, f"found other columns than {','.join(HEADER)}", line=1, remedy="choose another folder (-o)"
         )

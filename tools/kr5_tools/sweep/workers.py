@@ -50,6 +50,7 @@ def cluster_workers(scheduler: str) -> Iterator[Workers]:
             " of --workers need nothing more)"
         )
     from dask.distributed import KilledWorker
+    from distributed.client import ClosedClientError
     from distributed.comm import CommClosedError
 
     with _open_client(scheduler) as client:
@@ -79,12 +80,15 @@ def cluster_workers(scheduler: str) -> Iterator[Workers]:
                 f"--scheduler {scheduler}: a worker has no kr5 with its simulator and commands ({error}): pip"
                 " install kr5 where the workers run"
             ) from error
-        except (CancelledError, CommClosedError) as error:
+        except kr5.Error:
+            raise
+        except (CancelledError, CommClosedError, ClosedClientError, OSError) as error:
             raise kr5.InvalidArgument(
                 f"--scheduler {scheduler}: the scheduler is gone; the same command continues"
             ) from error
         finally:
-            executor.shutdown(wait=False)
+            with contextlib.suppress(OSError, ClosedClientError):  # of a scheduler that is gone
+                executor.shutdown(wait=False)
 
 
 def _open_client(scheduler: str) -> Any:

@@ -123,8 +123,8 @@ struct Plan {
 /// wide, from other postures, with a known weight, after waiting; spread, near, far and single-joint postures; views,
 /// scans, steps, presses and profiles other than those recorded. Each is scored by the least sum of squares, in noise,
 /// that stays between two alternatives when the wrong one adapts its parameters (as far as the recording leaves them
-/// open), the nominal parameters scatter, and the simulator is off: its root is the separation, half of it the expected
-/// log Bayes factor. The best are confirmed by fitting through the simulator.
+/// open), the nominal parameters are uncertain, and the simulator is off: its root is the separation, half of it the
+/// expected log Bayes factor. The best are confirmed by fitting through the simulator.
 ///
 /// Motions stay within the joint limits, a part of the speed limits, above the lowest point of the recorded ones, and
 /// within the effort limits or, where a cell states none, twice the currents recorded. Collisions are not known here.

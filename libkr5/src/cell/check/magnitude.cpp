@@ -21,7 +21,7 @@ double greatest(std::string_view unit) {
 }
 
 /// The least of these: no unit need be known below it.
-constexpr double min_greatest = 1e2;
+constexpr double min_limit = 1e2;
 
 /// What stands in the last brackets of a field's documentation.
 std::string_view unit_of(std::string_view doc) {
@@ -60,13 +60,13 @@ class Walk {
 
  private:
   void visit(double value, const Step& at) {
-    if (std::abs(value) <= min_greatest) return;
+    if (std::abs(value) <= min_limit) return;
     check(value, at, unit_of(at.doc));
   }
   void visit(int value, const Step& at) { visit(static_cast<double>(value), at); }
   void visit(const Pose& T, const Step& at) {
     for (int i = 0; i < 3; ++i)
-      if (!(std::abs(T.translation()[i]) <= min_greatest)) check(T.translation()[i], element(at, i), "m");
+      if (!(std::abs(T.translation()[i]) <= min_limit)) check(T.translation()[i], element(at, i), "m");
     if (!T.linear().allFinite()) diagnostics_.add(at.path(), "a finite rotation", "numbers that are not finite");
   }
   template <int R, int C>

@@ -112,7 +112,7 @@ class Minimiser {
     return out;
   }
 
-  /// Signatures at the present point, and the normal equations with the scatter marginalised.
+  /// Signatures at the present point, and the normal equations with the nuisance parameters marginalised.
   void linearise() {
     jacobian_.clear();
     for (const At& at : at_) jacobian_.push_back(slope(problem_.data, parts_, at, cell::Split::Fit, residual_));

@@ -32,12 +32,12 @@ struct Model {
   Eigen::VectorXd residual;         ///< Stacked, at the optimum; NaN where not compared.
   std::vector<Signature> jacobian;  ///< Of all coordinates, on fit experiments.
   std::vector<Signature> check_jacobian;
-  Eigen::MatrixXd information;        ///< Of all coordinates, scatter marginalised.
+  Eigen::MatrixXd information;        ///< Of all coordinates, nuisance parameters marginalised.
   Eigen::MatrixXd check_information;  ///< What the check experiments would add.
   Eigen::VectorXd update;             ///< By which they would move the coordinates.
   double chi2_fit = 0.0;              ///< NuisanceModel marginalised.
-  double chi2_check = 0.0;            ///< Of the prediction with its uncertainty; most likely scatter taken out.
-  double log_evidence = 0.0;          ///< Of the fit experiments, times the prediction of the check experiments.
+  double chi2_check = 0.0;    ///< Of the prediction with its uncertainty; most likely nuisance parameters taken out.
+  double log_evidence = 0.0;  ///< Of the fit experiments, times the prediction of the check experiments.
 
   int coordinates() const {
     int n = 0;

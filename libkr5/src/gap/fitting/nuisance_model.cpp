@@ -14,7 +14,7 @@ namespace {
 
 using Change = std::function<void(cell::Cell&, double)>;
 
-/// Relative changes of everything that may nuisance.
+/// Relative changes of all nuisance parameters.
 std::vector<Change> changes(const cell::Cell& cell) {
   std::vector<Change> out;
   for (std::size_t i = 0; i < cell.robot.links.size(); ++i)

@@ -9,11 +9,12 @@
 
 /// @file
 /// Small errors of many nominal parameters, which every real model has and which are no cause: signatures of masses,
-/// torque constants and friction with a Gaussian prior. Hypotheses compete for what the scatter cannot take.
+/// torque constants and friction with a Gaussian prior. Hypotheses compete for what the nuisance parameters cannot
+/// take.
 
 namespace kr5::gap {
 
-/// Signatures of a relative change of 1 of each scattered parameter (of 2 for friction, which is known half as well).
+/// Signatures of a relative change of 1 of each nuisance parameter (of 2 for friction, which is known half as well).
 struct NuisanceModel {
   std::vector<Signature> signatures;
   Eigen::MatrixXd gram;  ///< On fit experiments.
@@ -48,7 +49,7 @@ class NuisancePrior {
 Eigen::MatrixXd project(const NuisanceModel& nuisance, const std::vector<Signature>& columns);
 Eigen::VectorXd project(const ComparisonData& data, const NuisanceModel& nuisance, const Eigen::VectorXd& counted);
 
-/// Takes the most likely scatter out of residuals: counted - N eta.
+/// Takes the most likely nuisance parameters out of residuals: counted - N eta.
 Eigen::VectorXd without_nuisance(const ComparisonData& data, const NuisanceModel& nuisance, const NuisancePrior& prior,
                                  const Eigen::VectorXd& counted);
 

@@ -151,7 +151,8 @@ class SimulatedProposal {
   }
 
   /// Root of the least sum of squares that alternative `j` leaves of what `i` shows: its parameters move as far as the
-  /// context leaves them open, nominal parameters scatter, and each column of what `i` changes may be off by a factor.
+  /// context leaves them open, nominal parameters are uncertain, and each column of what `i` changes may be off by a
+  /// factor.
   Separations distance(std::size_t i, std::size_t j, const Eigen::MatrixXd& J, const Eigen::MatrixXd& N) const {
     const Eigen::VectorXd r = against(i, table(j));
     const Eigen::Index n = J.cols(), m = N.cols();

@@ -15,7 +15,8 @@ double known_error(const DiagnoseOptions& options, const std::string& column);
 
 /// What a model leaves, column by column.
 struct ResidualAnalysis {
-  Eigen::VectorXd shown;    ///< Residuals of the model as fitted, scatter taken out; NaN where none is compared.
+  Eigen::VectorXd
+      shown;  ///< Residuals of the model as fitted, nuisance parameters taken out; NaN where none is compared.
   Eigen::VectorXd counted;  ///< The same, less what the check experiments could still move the coordinates by.
   std::vector<Structure> structure;
   std::vector<bool> structured;  ///< By the tests of all columns together, at the false-alarm rate.

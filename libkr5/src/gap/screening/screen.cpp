@@ -15,7 +15,7 @@
 namespace kr5::gap {
 namespace {
 
-/// What a list of columns would take from the residual, linear, base columns and scatter projected out.
+/// What a list of columns would take from the residual, linear, base columns and nuisance parameters projected out.
 struct Normal {
   Eigen::MatrixXd A;
   Eigen::VectorXd b;
