@@ -66,7 +66,7 @@ def test_readings_that_tell_nothing_are_refused(tmp_path, run_kr5, text, words, 
     (tmp_path / "readings.csv").write_text(text)
     done = run_kr5("identify", "drives", "readings.csv", *words, "-o", "drives.json")
     assert done.returncode == 2
-    assert expected in " ".join(done.stderr.split())
+    assert expected in " ".join(done.stderr.replace("│", " ").split())
     assert not (tmp_path / "drives.json").exists()
 
 

@@ -73,7 +73,7 @@ def test_readings_that_cannot_be_are_refused(tmp_path, run_kr5, readings):
         write(tmp_path / "readings.csv", columns)
         done = run_kr5("identify", "elasticity", "readings.csv", *words, "-o", "no.json")
         assert done.returncode == 2 and "Traceback" not in done.stderr and not (tmp_path / "no.json").exists()
-        return " ".join(done.stderr.split())
+        return " ".join(done.stderr.replace("│", " ").split())
 
     assert "found no torques tau1" in refused(tau1=None, tau2=None)
     assert "missing: m1, m2, … (motor angles over the gear ratio; see --columns)" in refused(m1=None, m2=None)
@@ -86,5 +86,7 @@ def test_readings_that_cannot_be_are_refused(tmp_path, run_kr5, readings):
     assert "--write-cell: --cell is missing" in refused("--write-cell", "x.yaml")
     (tmp_path / "torn.csv").write_text("q1,m1,tau1\n1,2\n")
     done = run_kr5("identify", "elasticity", "torn.csv")
-    assert done.returncode == 2 and "line 2: found 2 values, expected 3" in " ".join(done.stderr.split())
+    assert done.returncode == 2 and "line 2: found 2 values, expected 3" in " ".join(
+        done.stderr.replace("│", " ").split()
+    )
     assert "no such file" in " ".join(run_kr5("identify", "elasticity", "absent.csv").stderr.split())
