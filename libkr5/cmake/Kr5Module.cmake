@@ -31,7 +31,7 @@ function(kr5_compile_settings target)
   set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON CXX_EXTENSIONS OFF)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wconversion -Wno-sign-conversion
     $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>  # GCC 12 warns falsely about std::string operator+
-    $<$<CONFIG:Release>:-O2>  # instead of -O3, which takes longer and makes nothing of ours faster
+    $<$<CONFIG:Release>:-O2>  # instead of -O3, which takes longer to compile
     $<$<BOOL:${KR5_WARNINGS_AS_ERRORS}>:-Werror>)
 endfunction()
 

@@ -15,6 +15,7 @@
 #include <dart/simulation/World.hpp>
 
 #include <kr5/core/error.hpp>
+#include <kr5/geometry/pose.hpp>
 #include <kr5/predict/cell_objects.hpp>
 
 namespace kr5::sim {
@@ -38,7 +39,7 @@ SimpleFramePtr part(const dart::simulation::WorldPtr& world, dart::dynamics::Sha
 Pose between(const Vector3d& a, const Vector3d& b) {
   Pose T = Pose::Identity();
   T.translation() = (a + b) / 2;
-  T.linear() = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), b - a).toRotationMatrix();
+  T.linear() = rotation_from_z(b - a);
   return T;
 }
 

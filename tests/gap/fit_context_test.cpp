@@ -6,7 +6,7 @@
 
 #include <kr5/core/error.hpp>
 
-#include "gap/linear_world.hpp"
+#include "gap/two_shapes.hpp"
 
 /// @file
 /// Alternatives fitted to a recording, of which every answer is known.
@@ -14,20 +14,14 @@
 namespace fit_context_test {
 
 using namespace kr5;
-using namespace linear_world;
+using namespace two_shapes;
 
 namespace {
 
-double wave(double t) { return 0.1 * std::sin(3.0 * t); }
-double ramp(double t) { return 0.05 * t; }
-
-cell::Recording recorded(double of_wave, double of_ramp) {
-  Random random(131);
+cell::Recording recording(double of_wave, double of_ramp) {
   cell::Recording r;
   r.cell = unit_noise();
-  r.experiments = {motion("motion-1", cell::Split::Fit, 300), motion("motion-2", cell::Split::Check, 300)};
-  for (cell::Experiment& e : r.experiments)
-    add_column(e, "i1", random.normal_vector(300) + of_wave * at_times(e, wave) + of_ramp * at_times(e, ramp));
+  r.experiments = recorded(of_wave, of_ramp, 131, 300, 300);
   return r;
 }
 
@@ -52,7 +46,7 @@ class MassShown : public Zeros {
 
 TEST_CASE("every experiment of a context may be fitted") {
   const Zeros simulator;
-  const cell::Recording r = recorded(2.0, 0.0);
+  const cell::Recording r = recording(2.0, 0.0);
   const gap::FitContext context(r, simulator);
   for (const gap::Block& block : context.data.blocks) CHECK(block.split == cell::Split::Fit);
   CHECK(context.chi2() ==
@@ -61,7 +55,7 @@ TEST_CASE("every experiment of a context may be fitted") {
 
 TEST_CASE("alternatives are fitted to the whole recording, an effect after the other") {
   const Zeros simulator;
-  const gap::FitContext context(recorded(8.0, -6.0), simulator);
+  const gap::FitContext context(recording(8.0, -6.0), simulator);
   const gap::EffectName a{"wave", "i1"}, b{"ramp", "i1"};
   const std::vector<gap::Fitted> found = gap::fit_alternatives(context, {{a}, {b, a}}, options());
   REQUIRE(found.size() == 2);
@@ -83,7 +77,7 @@ TEST_CASE("alternatives are fitted to the whole recording, an effect after the o
 
 TEST_CASE("effects that the cell cannot have, or that show nowhere, are refused with their name") {
   const Zeros simulator;
-  const gap::FitContext context(recorded(1.0, 0.0), simulator);
+  const gap::FitContext context(recording(1.0, 0.0), simulator);
   CHECK_THROWS_WITH(gap::fit_alternatives(context, {{{"coulomb_friction", "joint9"}}}, options()),
                     Catch::Contains("no target 'joint9'") && Catch::Contains("joint6"));
   CHECK_THROWS_WITH(gap::fit_alternatives(context, {{{"coulomb_friction", "joint1"}}}, options()),
@@ -93,7 +87,7 @@ TEST_CASE("effects that the cell cannot have, or that show nowhere, are refused 
 
 TEST_CASE("what a fitted cell would record is fitted again without a gap, from anywhere") {
   const Zeros simulator;
-  const gap::FitContext context(recorded(8.0, 0.0), simulator);
+  const gap::FitContext context(recording(8.0, 0.0), simulator);
   gap::Fitted fitted = gap::fit_alternatives(context, {{{"wave", "i1"}}}, options()).front();
   const gap::FitContext synthetic(gap::synthesize_recording(context, fitted), simulator);
   CHECK((synthetic.recording.experiments[0].data.column("i1") -

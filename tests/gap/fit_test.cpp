@@ -5,7 +5,7 @@
 #include <Eigen/Cholesky>
 #include <catch2/catch.hpp>
 
-#include "gap/linear_world.hpp"
+#include "gap/two_shapes.hpp"
 
 /// @file
 /// Fits of effects that are linear in their coordinates, against the formulas of Gaussian regression.
@@ -13,23 +13,9 @@
 namespace fit_test {
 
 using namespace kr5;
-using namespace linear_world;
+using namespace two_shapes;
 
 namespace {
-
-double wave(double t) { return 0.1 * std::sin(3.0 * t); }
-double ramp(double t) { return 0.05 * t; }
-
-/// Currents of a fit and a check motion: noise of 1, and `sizes` of wave and ramp in i1.
-std::vector<cell::Experiment> recorded(double of_wave, double of_ramp, std::uint64_t seed) {
-  Random random(seed);
-  std::vector<cell::Experiment> out = {motion("motion-1", cell::Split::Fit, 400),
-                                       motion("motion-2", cell::Split::Check, 250)};
-  for (cell::Experiment& e : out)
-    add_column(e, "i1",
-               random.normal_vector(e.data.values.rows()) + of_wave * at_times(e, wave) + of_ramp * at_times(e, ramp));
-  return out;
-}
 
 struct Regression {
   Eigen::MatrixXd J;  ///< A column a coordinate.

@@ -67,6 +67,17 @@ inline cell::Experiment motion(const std::string& name, cell::Split split, int r
   return e;
 }
 
+/// Poses at random joint angles, with noise of a size in x y z, of which x moves with q1.
+inline cell::Experiment moved_poses(Random random, Eigen::Index count, double noise, double with_q1) {
+  cell::Experiment e = experiment("poses-1", cell::Kind::Poses, cell::Split::Fit);
+  add_column(e, "pose", Eigen::VectorXd::LinSpaced(count, 0, count - 1));
+  add_column(e, "t", Eigen::VectorXd::LinSpaced(count, 0, 30 * (count - 1)));
+  for (int j = 1; j <= 6; ++j) add_column(e, "q" + std::to_string(j), random.normal_vector(count));
+  for (const char* column : {"x", "y", "z"}) add_column(e, column, random.normal_vector(count, noise));
+  e.data.values.col(e.data.find("x")) += with_q1 * e.data.column("q1");
+  return e;
+}
+
 /// A recording beside the simulator that shows nothing.
 struct World {
   explicit World(std::vector<cell::Experiment> experiments, const cell::Cell& cell = unit_noise()) {

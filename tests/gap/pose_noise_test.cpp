@@ -19,17 +19,7 @@ namespace {
 
 constexpr Eigen::Index count = 80;
 
-/// Positions with noise of a size, and `bias` times what moves with q1 in x.
-cell::Experiment poses(double noise, double bias) {
-  Random random(51);
-  cell::Experiment e = experiment("poses-1", cell::Kind::Poses, cell::Split::Fit);
-  add_column(e, "pose", Eigen::VectorXd::LinSpaced(count, 0, count - 1));
-  add_column(e, "t", Eigen::VectorXd::LinSpaced(count, 0, 30 * (count - 1)));
-  for (int j = 1; j <= 6; ++j) add_column(e, "q" + std::to_string(j), random.normal_vector(count));
-  for (const char* column : {"x", "y", "z"}) add_column(e, column, random.normal_vector(count, noise));
-  e.data.values.col(e.data.find("x")) += bias * e.data.column("q1");
-  return e;
-}
+cell::Experiment poses(double noise, double with_q1) { return moved_poses(Random(51), count, noise, with_q1); }
 
 /// An effect that moves x with a joint.
 gap::Hypothesis moves_with(const std::string& joint) {

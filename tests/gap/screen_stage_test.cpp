@@ -4,6 +4,8 @@
 
 #include <catch2/catch.hpp>
 
+#include <kr5/cell/effect.hpp>
+
 #include "gap/staged.hpp"
 
 /// @file
@@ -16,18 +18,7 @@ using namespace staged;
 
 namespace {
 
-/// Poses with noise of a size in x y z, of which x moves with q1.
-cell::Experiment poses(double noise, double bias) {
-  Random random(161);
-  constexpr Eigen::Index count = 60;
-  cell::Experiment e = experiment("poses-1", cell::Kind::Poses, cell::Split::Fit);
-  add_column(e, "pose", Eigen::VectorXd::LinSpaced(count, 0, count - 1));
-  add_column(e, "t", Eigen::VectorXd::LinSpaced(count, 0, 30 * (count - 1)));
-  for (int j = 1; j <= 6; ++j) add_column(e, "q" + std::to_string(j), random.normal_vector(count));
-  for (const char* column : {"x", "y", "z"}) add_column(e, column, random.normal_vector(count, noise));
-  e.data.values.col(e.data.find("x")) += bias * e.data.column("q1");
-  return e;
-}
+cell::Experiment poses(double noise, double with_q1) { return moved_poses(Random(161), 60, noise, with_q1); }
 
 gap::Hypothesis moving_x() {
   gap::OwnEffect own{"moves", "x", {{"size", "m", 1.0, -1e9, 1e9, {}}}, {}, {}};

@@ -7,7 +7,7 @@
 #include <Eigen/LU>
 #include <catch2/catch.hpp>
 
-#include "gap/linear_world.hpp"
+#include "gap/two_shapes.hpp"
 
 /// @file
 /// Effects ranked by their linear signatures, against the evidence of Gaussian regression.
@@ -15,25 +15,13 @@
 namespace screen_test {
 
 using namespace kr5;
-using namespace linear_world;
+using namespace two_shapes;
 
 namespace {
 
-double wave(double t) { return 0.1 * std::sin(3.0 * t); }
-double ramp(double t) { return 0.05 * t; }
 double near_ramp(double t) { return 0.05 * t + 0.06 * std::cos(5.0 * t); }
 
 const std::vector<std::pair<std::string, Shape>> shapes = {{"wave", wave}, {"ramp", ramp}, {"near_ramp", near_ramp}};
-
-std::vector<cell::Experiment> recorded(double of_wave, double of_ramp, std::uint64_t seed) {
-  Random random(seed);
-  std::vector<cell::Experiment> out = {motion("motion-1", cell::Split::Fit, 400),
-                                       motion("motion-2", cell::Split::Check, 250)};
-  for (cell::Experiment& e : out)
-    add_column(e, "i1",
-               random.normal_vector(e.data.values.rows()) + of_wave * at_times(e, wave) + of_ramp * at_times(e, ramp));
-  return out;
-}
 
 gap::Screen screen_of(const World& world, double lower = -1e9) {
   std::vector<gap::Hypothesis> all;

@@ -5,6 +5,7 @@
 
 #include <kr5/core/error.hpp>
 #include <kr5/core/random.hpp>
+#include <kr5/geometry/pose.hpp>
 #include <kr5/sim/pellet_bin.hpp>
 
 using namespace kr5;
@@ -32,7 +33,7 @@ const sim::SettledPile& small_pile() {
 sim::Pellet pellet_at(double x, double y, double z, const Vector3d& axis = Vector3d::UnitZ()) {
   sim::Pellet out;
   out.T_bin_pellet.translation() = Vector3d(x, y, z);
-  out.T_bin_pellet.linear() = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), axis).toRotationMatrix();
+  out.T_bin_pellet.linear() = rotation_from_z(axis);
   return out;
 }
 

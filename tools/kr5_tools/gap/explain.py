@@ -58,7 +58,7 @@ def explain(
 
     writing.check_writable(json_file, inputs=[what])
     name, _, target = (effect or "").partition(":")
-    row = _effect(name) if name else None
+    row = kr5.cell.find_effect(name) if name else None
     diagnosis, recorded = _read(what, recording, diagnose=row is None)
     evidence = Evidence(diagnosis.found, recorded) if recorded else None
     if row is None:
@@ -70,10 +70,6 @@ def explain(
         told = explain_effect(row, target, diagnosis.found.causes, evidence)
     results.write_result(json_file, "kr5-gap-explanation/1", **told, input=named_inputs(diagnosis.input, evidence))
     print_explanation(told, terminal.console(json_file))
-
-
-def _effect(name: str) -> kr5.cell.Effect:
-    return kr5.cell.find_effect(name)
 
 
 def _read(what: Path, recording: Path | None, diagnose: bool) -> tuple[DiagnosisFile, kr5.cell.Recording | None]:

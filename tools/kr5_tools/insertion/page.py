@@ -1,13 +1,13 @@
 """The page of one insertion: replay in 3D beside a close-up of the tube, what was done when, plots."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from kr5_tools.calibrate.plots import Plot
 from kr5_tools.insertion import directions, ending_tables, messages
-from kr5_tools.pages.rendering import embed_plot
+from kr5_tools.pages.rendering import ShownPlot, embed_plot
 from kr5_tools.replay.page import make_page
 from kr5_tools.replay.runs import Run, thinned_run
 from kr5_tools.replay.signals import signal_of
@@ -19,7 +19,7 @@ MOST_POSTURES = 1500
 
 
 def insertion_page(
-    result: "kr5.sim.InsertionResult", setup: "kr5.sim.InsertionSetup", drawn: list[Plot], source: Path
+    result: "kr5.sim.InsertionResult", setup: "kr5.sim.InsertionSetup", drawn: Sequence[ShownPlot], source: Path
 ) -> str:
     """The HTML."""
     look, icon = ("good", "✓") if result.inserted else ("unusable", "✗")

@@ -39,10 +39,9 @@ Vector6 to_xyzrpy(const Pose& T);
 
 /// Rotation in the sense of least squares nearest to M; always proper (determinant +1).
 Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& M);
-/// Orthonormal to `tolerance` with determinant +1.
 /// The shortest rotation that turns Z into a direction, which needs no unit length.
 Eigen::Matrix3d rotation_from_z(const Eigen::Vector3d& direction);
-
+/// Orthonormal to `tolerance` with determinant +1.
 bool is_rotation(const Eigen::Matrix3d& R, double tolerance = 1e-6);
 /// Mean of the translations, and the rotation with the least sum of squared chordal distances.
 /// @throws InvalidArgument for an empty list.

@@ -101,8 +101,6 @@ fit::FitBlock add_target(fit::Problem& fit, const ScanTarget& target, const Targ
 
 }  // namespace
 
-Eigen::Matrix3d rotation_about_normal(const Eigen::Vector3d& normal) { return rotation_from_z(normal); }
-
 ScannerProblem::ScannerProblem(const ScannerInput& input, const ScannerSigmas& sigmas,
                                const ScannerPlacement& placement) {
   if (input.arm) {

@@ -78,7 +78,4 @@ struct ScannerProblem : ScannerBlocks {
   double distance(std::size_t view) const;
 };
 
-/// A rotation whose Z is the given direction.
-Eigen::Matrix3d rotation_about_normal(const Eigen::Vector3d& normal);
-
 }  // namespace kr5::calibration::scanner_problem

@@ -10,6 +10,7 @@
 #include <kr5/core/linear.hpp>
 #include <kr5/core/random.hpp>
 #include <kr5/core/statistics.hpp>
+#include <kr5/geometry/pose.hpp>
 
 namespace kr5::calibration::scanner_problem {
 namespace {
@@ -197,7 +198,7 @@ Pose plane_of_points(const std::vector<Eigen::Vector3d>& points) {
     for (std::size_t k = 0; k < points.size(); ++k)
       spread += weights[static_cast<Eigen::Index>(k)] * (points[k] - mean) * (points[k] - mean).transpose();
     const Eigen::Vector3d normal = symmetric_eigen(spread).vectors.col(0);
-    out.linear() = rotation_about_normal(normal.z() < 0 ? Eigen::Vector3d(-normal) : normal);
+    out.linear() = rotation_from_z(normal.z() < 0 ? Eigen::Vector3d(-normal) : normal);
     out.translation() = mean;
     Eigen::VectorXd off(weights.size());
     for (std::size_t k = 0; k < points.size(); ++k) off[static_cast<Eigen::Index>(k)] = normal.dot(points[k] - mean);
@@ -227,7 +228,7 @@ ScannerPlacement place_targets(const ScannerInput& input, const Pose& T_flange_s
     if (target.kind == ScanTargetKind::Plane) {
       at.T_base_plane = plane_of_points(shown);
       if (target.position) {
-        at.T_base_plane.linear() = rotation_about_normal(*target.normal);
+        at.T_base_plane.linear() = rotation_from_z(*target.normal);
         at.T_base_plane.translation() = *target.position;
       }
       at.position = at.T_base_plane.translation();

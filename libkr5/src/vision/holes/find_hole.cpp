@@ -209,7 +209,7 @@ HoleDetection find_hole(ImageView image, const Pinhole& camera, const Pose& T_ca
   const double spread = std::max(options.radius_tolerance, 0.1 * options.radius);
   for (const PlaneCircle& c : hough_circles(drawn, sheet, options, options.radius - spread, options.radius + spread))
     measured.add(view, c, options);
-  if (measured.right.size() > 1) measured.keep_sharp();
+  measured.keep_sharp();
   if (measured.right.size() == 1) return found(measured.right.front(), view, options);
   if (measured.right.size() > 1)
     return not_found(HoleStatus::Several, std::to_string(measured.right.size()) +
