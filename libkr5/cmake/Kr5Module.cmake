@@ -65,7 +65,7 @@ function(_kr5_build name)
   kr5_compile_settings(kr5_${name})
   set_target_properties(kr5_${name} PROPERTIES EXPORT_NAME ${name})
   if(KR5_UNITY)
-    set_target_properties(kr5_${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 16)
+    set_target_properties(kr5_${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 64)
   endif()
   target_include_directories(kr5_${name} PUBLIC
     $<BUILD_INTERFACE:${KR5_${name}_INCLUDE}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>

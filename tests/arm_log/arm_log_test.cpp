@@ -6,6 +6,8 @@
 
 #include "arm_log/logged_arm.hpp"
 
+namespace arm_log_test {
+
 using namespace kr5;
 using namespace kr5::test;
 using Catch::Matchers::Contains;
@@ -46,3 +48,5 @@ TEST_CASE("a log that cannot be used is refused with field, row and joint") {
     CHECK_THROWS_WITH(log.validate(3), Contains("neither positions nor commands"));
   }
 }
+
+}  // namespace arm_log_test

@@ -6,6 +6,8 @@
 
 #include "arm_log/logged_arm.hpp"
 
+namespace best_arm_test {
+
 using namespace kr5;
 using namespace kr5::test;
 
@@ -83,3 +85,5 @@ TEST_CASE("the search is as wide as a log needs, unless it was set") {
   own.simulator_errors = {{"motion.tau2", 1.0}};
   CHECK(arm_log::widened_search(own, errors, 3).simulator_errors[0].column == "motion.tau2");
 }
+
+}  // namespace best_arm_test

@@ -9,6 +9,8 @@
 #include "arm_log/logged_arm.hpp"
 #include "gap/diagnosis_matchers.hpp"
 
+namespace diagnose_log_test {
+
 using namespace kr5;
 using namespace kr5::test;
 
@@ -56,3 +58,5 @@ TEST_CASE("a log of another arm is refused before anything is estimated") {
   options.search.beam = 0;
   CHECK_THROWS_AS(arm_log::diagnose_log(logged(moved_arm()), described_arm(), options), InvalidArgument);
 }
+
+}  // namespace diagnose_log_test

@@ -6,6 +6,8 @@
 
 #include "arm_log/logged_arm.hpp"
 
+namespace joint_reading_test {
+
 using namespace kr5;
 using namespace kr5::test;
 using Eigen::MatrixXd;
@@ -79,3 +81,5 @@ TEST_CASE("the lever arm of a joint is that of all it carries") {
   CHECK(loaded[2] == Approx(centre.cross(before.rotation().col(2)).norm()).epsilon(1e-4));
   CHECK(bare[2] < loaded[2]);
 }
+
+}  // namespace joint_reading_test

@@ -4,6 +4,8 @@
 
 #include "arm_log/logged_arm.hpp"
 
+namespace log_note_test {
+
 using namespace kr5;
 using namespace kr5::test;
 using arm_log::LogNoteKind;
@@ -31,3 +33,5 @@ TEST_CASE("every kind of note has a sentence") {
     CHECK(text(note, described_arm()).size() > 20);
   }
 }
+
+}  // namespace log_note_test

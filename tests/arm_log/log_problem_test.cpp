@@ -9,6 +9,8 @@
 
 #include "arm_log/logged_arm.hpp"
 
+namespace log_problem_test {
+
 using namespace kr5;
 using namespace kr5::test;
 using arm_log::LogProblem;
@@ -124,3 +126,5 @@ TEST_CASE("every kind of problem has a sentence with what was found and expected
     CHECK(text(problem, described_arm()).find("motion-1: tau1 (shoulder): found ") == 0);
   }
 }
+
+}  // namespace log_problem_test

@@ -7,6 +7,8 @@
 
 #include "arm_log/logged_arm.hpp"
 
+namespace log_recording_test {
+
 using namespace kr5;
 using namespace kr5::test;
 using Catch::Matchers::Contains;
@@ -62,3 +64,5 @@ TEST_CASE("a log in which nothing moves, and a model without masses, are refused
   log.q.setConstant(0.3);
   CHECK_THROWS_WITH(arm_log::record_log(log, with_parts()), Contains("no joint moves"));
 }
+
+}  // namespace log_recording_test

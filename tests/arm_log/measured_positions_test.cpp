@@ -6,6 +6,8 @@
 
 #include "arm_log/logged_arm.hpp"
 
+namespace measured_positions_test {
+
 using namespace kr5;
 using namespace kr5::test;
 using Eigen::Index;
@@ -69,3 +71,5 @@ TEST_CASE("positions that tell no motion are refused with a remedy") {
                     Catch::Contains("found 29 rows") && Catch::Contains("log a longer motion"));
   CHECK_THROWS_AS(arm_log::choose_smoothing(t, MatrixXd::Zero(28, 2)), InvalidArgument);
 }
+
+}  // namespace measured_positions_test

@@ -6,6 +6,8 @@
 
 #include "arm_log/logged_arm.hpp"
 
+namespace model_parts_test {
+
 using namespace kr5;
 using namespace kr5::test;
 using Catch::Matchers::Contains;
@@ -78,3 +80,5 @@ TEST_CASE("the model of another robot is refused by its joints") {
   CHECK_THROWS_WITH(arm_log::described_cell(described_arm(), recorded),
                     Contains("found the joints shoulder, elbow, wrist, expected a, b, c"));
 }
+
+}  // namespace model_parts_test

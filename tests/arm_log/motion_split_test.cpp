@@ -6,6 +6,8 @@
 
 #include "arm_log/logged_arm.hpp"
 
+namespace motion_split_test {
+
 using namespace kr5;
 using namespace kr5::test;
 using arm_log::CutReason;
@@ -121,3 +123,5 @@ TEST_CASE("a long log becomes stretches that are spread over it, at the rate its
   CHECK(spans.back().end == Approx(3000).margin(1));
   CHECK(fit >= 6000 - 10);
 }
+
+}  // namespace motion_split_test

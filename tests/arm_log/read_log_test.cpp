@@ -9,6 +9,8 @@
 
 #include "arm_log/logged_arm.hpp"
 
+namespace read_log_test {
+
 using namespace kr5;
 using namespace kr5::test;
 using Catch::Matchers::Contains;
@@ -84,3 +86,5 @@ TEST_CASE("a file is read, and errors in it name it") {
   CHECK_THROWS_WITH(arm_log::read_log(file, described_arm()), Contains("kr5_read_log_test.csv: found no currents"));
   std::filesystem::remove(file);
 }
+
+}  // namespace read_log_test

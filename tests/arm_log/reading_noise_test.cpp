@@ -6,6 +6,8 @@
 
 #include "arm_log/logged_arm.hpp"
 
+namespace reading_noise_test {
+
 using namespace kr5;
 using namespace kr5::test;
 using Eigen::VectorXd;
@@ -60,3 +62,5 @@ TEST_CASE("noise of a long log is that of its rows, not of those that are left o
   const auto& sigma = prepared.recording.cell.noise.joint_torque;
   for (std::size_t k = 0; k < 3; ++k) CHECK(sigma[k] == Approx(options.noise[k]).epsilon(0.1));
 }
+
+}  // namespace reading_noise_test

@@ -7,6 +7,8 @@
 
 #include "arm_log/logged_arm.hpp"
 
+namespace torque_constants_test {
+
 using namespace kr5;
 using namespace kr5::test;
 using Catch::Matchers::Contains;
@@ -65,3 +67,5 @@ TEST_CASE("a recording without currents has no torque constants to find") {
   const arm_log::LogRecording prepared = arm_log::prepare_log(logged(moved_arm()), described_arm());
   CHECK(arm_log::estimate_torque_constants(prepared.recording).values.size() == 0);
 }
+
+}  // namespace torque_constants_test

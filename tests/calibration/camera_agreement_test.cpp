@@ -3,6 +3,8 @@
 #include <kr5/calibration/camera_agreement.hpp>
 #include <kr5/core/error.hpp>
 
+namespace camera_agreement_test {
+
 using namespace kr5;
 using namespace kr5::calibration;
 
@@ -50,3 +52,5 @@ TEST_CASE("a camera that was held, or of an unusable calibration, is compared wi
   CHECK_FALSE(camera_agreement(found, stated));
   CHECK_THROWS_AS(camera_agreement(found, stated, 0.0), InvalidArgument);
 }
+
+}  // namespace camera_agreement_test

@@ -13,6 +13,8 @@
 
 #include "scanner_world.hpp"
 
+namespace cell_calibration_test {
+
 using namespace kr5;
 using namespace kr5::calibration;
 using test::HandEyeWorld;
@@ -312,3 +314,5 @@ TEST_CASE("views left out are predicted better by the joint calibration when the
   CHECK(better > 18);  // of 24, by chance once in a hundred times
   CHECK_THROWS_AS(evaluate_cell(std::span(cell.stops).first(5), cell.believed), InvalidArgument);
 }
+
+}  // namespace cell_calibration_test

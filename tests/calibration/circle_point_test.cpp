@@ -10,6 +10,8 @@
 #include <support/coverage.hpp>
 #include <support/trials.hpp>
 
+namespace circle_point_test {
+
 using namespace kr5;
 using namespace kr5::calibration;
 using Catch::Matchers::Contains;
@@ -203,3 +205,5 @@ TEST_CASE("bad samples are refused with their number") {
   t.samples.resize(3);
   CHECK_THROWS_WITH(call(), Contains("at least four samples"));
 }
+
+}  // namespace circle_point_test

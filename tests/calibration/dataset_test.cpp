@@ -7,6 +7,8 @@
 #include <kr5/calibration/pose_file.hpp>
 #include <kr5/core/error.hpp>
 
+namespace dataset_test {
+
 namespace fs = std::filesystem;
 using namespace kr5;
 using namespace kr5::calibration;
@@ -158,3 +160,5 @@ TEST_CASE("poses that touch a point need neither images nor mount, but their con
   CHECK_THROWS_WITH(load_pose_set(folder.write("dataset.yaml", "poses: none.csv\n" + convention)),
                     Catch::Contains("none matches"));
 }
+
+}  // namespace dataset_test

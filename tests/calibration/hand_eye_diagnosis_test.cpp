@@ -17,6 +17,8 @@
 #include <support/rates.hpp>
 #include <support/trials.hpp>
 
+namespace hand_eye_diagnosis_test {
+
 using namespace kr5;
 using namespace kr5::calibration;
 using namespace kr5::test;
@@ -365,3 +367,5 @@ TEST_CASE("pairs that do not fit together are refused by the diagnosis") {
   pairs = as_pairs(draw_sound(32)), pairs.T_camera_target.pop_back();
   CHECK_THROWS_WITH(diagnose_hand_eye_pairs(pairs, {}), Catch::Contains("robot poses for"));
 }
+
+}  // namespace hand_eye_diagnosis_test

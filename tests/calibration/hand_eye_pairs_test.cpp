@@ -11,6 +11,8 @@
 #include <support/rates.hpp>
 #include <support/trials.hpp>
 
+namespace hand_eye_pairs_test {
+
 using namespace kr5;
 using namespace kr5::calibration;
 using test::make_pairs_world;
@@ -163,3 +165,5 @@ TEST_CASE("held-out pairs are judged by a calibration without them, each once, a
   CHECK(judged.position_median < 5e-3);
   CHECK_THROWS_AS(evaluate_hand_eye_pairs(std::span(w.pairs).first(3), {}), InvalidArgument);
 }
+
+}  // namespace hand_eye_pairs_test

@@ -9,6 +9,8 @@
 #include <support/rates.hpp>
 #include <support/trials.hpp>
 
+namespace hand_eye_test {
+
 using namespace kr5;
 using namespace kr5::calibration;
 using test::HandEyeWorld;
@@ -279,3 +281,5 @@ TEST_CASE("held-out error is that of the noise, and a wrong method is found out"
   CHECK(evaluate_hand_eye(w.views, w.camera, HandEyeOptions{}, 5).views.size() == 15);
   CHECK_THROWS_AS(evaluate_hand_eye(std::span(w.views).first(3), w.camera, HandEyeOptions{}), InvalidArgument);
 }
+
+}  // namespace hand_eye_test

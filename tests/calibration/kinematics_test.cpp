@@ -13,6 +13,8 @@
 #include <support/coverage.hpp>
 #include <support/trials.hpp>
 
+namespace kinematics_test {
+
 using namespace kr5;
 using namespace kr5::calibration;
 using Catch::Matchers::Contains;
@@ -434,3 +436,5 @@ TEST_CASE("bad input of a kinematic calibration is refused with the posture's na
   CHECK_THROWS_WITH(call({.hold = {"arm.joint9.a"}}), Contains("arm.joint9.a"));
   CHECK_THROWS_WITH(call({.sigma_position = -1}), Contains("sigma_position"));
 }
+
+}  // namespace kinematics_test

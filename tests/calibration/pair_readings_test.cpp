@@ -5,6 +5,8 @@
 #include <support/rates.hpp>
 #include <support/trials.hpp>
 
+namespace pair_readings_test {
+
 using namespace kr5;
 using namespace kr5::calibration;
 using test::make_pairs_world;
@@ -74,3 +76,5 @@ TEST_CASE("pairs that hardly move leave open which way round they are") {
   CHECK_FALSE(found.certain);
   CHECK_THAT(found.text, Catch::Contains("do not show"));
 }
+
+}  // namespace pair_readings_test

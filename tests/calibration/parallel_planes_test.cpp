@@ -10,6 +10,8 @@
 #include <support/coverage.hpp>
 #include <support/trials.hpp>
 
+namespace parallel_planes_test {
+
 using namespace kr5;
 using namespace kr5::calibration;
 using Catch::Matchers::Contains;
@@ -188,3 +190,5 @@ TEST_CASE("postures and arms for which the constraints do not hold are named") {
   short_arm.joints.pop_back();
   CHECK_THAT(parallel_plane_objection(short_arm), Contains("5 joints, not six"));
 }
+
+}  // namespace parallel_planes_test

@@ -7,6 +7,8 @@
 #include "calibration/pipeline/pipeline.hpp"
 #include "calibration/pipeline/second_minimum.hpp"
 
+namespace pipeline_test {
+
 using namespace kr5;
 using namespace kr5::calibration;
 using namespace kr5::calibration::pipeline;
@@ -104,3 +106,5 @@ TEST_CASE("a second minimum is told where it is near, with the probability of be
   CHECK_FALSE(second_minimum(Pose::Identity(), other, 20.0, 200.0, 30.0));
   CHECK(second_text(*even) == "the other, 10.0 mm and 0.0 deg away, has 1.00 times the squared residuals");
 }
+
+}  // namespace pipeline_test

@@ -4,6 +4,8 @@
 
 #include <kr5/calibration/pose_columns.hpp>
 
+namespace pose_columns_test {
+
 using namespace kr5;
 using namespace kr5::calibration;
 using enum RotationForm;
@@ -66,3 +68,5 @@ TEST_CASE("units are found that the numbers do not contradict, and stated ones a
   CHECK_FALSE(find_pose_units(millimetres, Rpy, {}, AngleUnit::Radian));
   CHECK(find_pose_units(millimetres, Rpy, {}, AngleUnit::Degree)->position == LengthUnit::Millimetre);
 }
+
+}  // namespace pose_columns_test

@@ -6,6 +6,8 @@
 #include <kr5/core/error.hpp>
 #include <kr5/core/random.hpp>
 
+namespace pose_format_test {
+
 using namespace kr5;
 using namespace kr5::calibration;
 
@@ -114,3 +116,5 @@ TEST_CASE("the numbers allow the convention they were written in, and rule out w
   const Eigen::MatrixXd metres = rows_of(poses, {});
   CHECK_FALSE(format_objections(metres, {.position = LengthUnit::Millimetre}).empty());
 }
+
+}  // namespace pose_format_test

@@ -11,6 +11,8 @@
 #include <kr5/fit/measurements/position.hpp>
 #include <kr5/fit/problem.hpp>
 
+namespace posture_choice_test {
+
 using namespace kr5;
 using namespace kr5::calibration;
 using Catch::Detail::Approx;
@@ -104,3 +106,5 @@ TEST_CASE("a choice of more postures than there are is refused") {
   const auto few = random_postures(random, 5);
   CHECK_THROWS_WITH(choose_postures(arm(), few), Contains("there are only 5 candidates"));
 }
+
+}  // namespace posture_choice_test

@@ -6,6 +6,8 @@
 #include <kr5/calibration/profile_cloud.hpp>
 #include <kr5/core/error.hpp>
 
+namespace profile_cloud_test {
+
 using namespace kr5;
 using namespace kr5::test;
 using Catch::Matchers::Contains;
@@ -52,3 +54,5 @@ TEST_CASE("poses are interpolated at the times of the profiles, less their delay
   t[3] = t[2];
   CHECK_THROWS_WITH(profiles_to_cloud(profiles, t, poses, Pose::Identity()), Contains("must increase"));
 }
+
+}  // namespace profile_cloud_test

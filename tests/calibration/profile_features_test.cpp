@@ -7,6 +7,8 @@
 #include <support/coverage.hpp>
 #include <support/trials.hpp>
 
+namespace profile_features_test {
+
 using namespace kr5;
 using namespace kr5::test;
 using Catch::Matchers::Contains;
@@ -115,3 +117,5 @@ TEST_CASE("a profile without the feature says so", "[profile]") {
   uneven.z.conservativeResize(7);
   CHECK_THROWS_WITH(find_profile_feature(uneven, ScanTargetKind::Plane), Contains("expected as many"));
 }
+
+}  // namespace profile_features_test

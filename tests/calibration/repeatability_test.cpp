@@ -9,6 +9,8 @@
 #include <support/rates.hpp>
 #include <support/trials.hpp>
 
+namespace repeatability_test {
+
 using namespace kr5;
 using namespace kr5::calibration;
 
@@ -212,3 +214,5 @@ TEST_CASE("returns that give no repeatability are refused") {
   CHECK_THROWS_WITH(measure_repeatability(returns), Catch::Contains("return 3: the pose must be finite"));
   CHECK_THROWS_WITH(measure_repeatability(w.draw(5, 1), {}, {.confidence = 1.0}), Catch::Contains("confidence"));
 }
+
+}  // namespace repeatability_test

@@ -7,6 +7,8 @@
 #include <support/coverage.hpp>
 #include <support/trials.hpp>
 
+namespace scanner_points_test {
+
 using namespace kr5;
 using namespace kr5::test;
 using Catch::Matchers::Contains;
@@ -107,3 +109,5 @@ TEST_CASE("the book's laser covariance reaches the flange as corrected, positive
   corrected(2, 2) = 0.09341;
   CHECK_FALSE(is_covariance(corrected));
 }
+
+}  // namespace scanner_points_test

@@ -7,6 +7,8 @@
 
 #include "calibration/scanner/scanner_search.hpp"
 
+namespace scanner_search_test {
+
 using namespace kr5;
 using namespace kr5::test;
 using namespace kr5::calibration::scanner_problem;
@@ -57,3 +59,5 @@ TEST_CASE("the search takes tips as they are, and known places with them") {
 TEST_CASE("planes alone are nothing to search by") {
   CHECK(nearest(make_scanner_world({.tips = 0, .planes = 20})).first == 1e9);
 }
+
+}  // namespace scanner_search_test

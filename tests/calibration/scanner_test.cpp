@@ -8,6 +8,8 @@
 #include <support/rates.hpp>
 #include <support/trials.hpp>
 
+namespace scanner_test {
+
 using namespace kr5;
 using namespace kr5::test;
 using Catch::Matchers::Contains;
@@ -274,3 +276,5 @@ TEST_CASE("broken data of a scanner calibration are refused with words", "[scann
                         kinematics::DhChain{Pose::Identity(), {kinematics::DhJoint{}, kinematics::DhJoint{}}}),
       Contains("found 0 joint values, the arm has 2"));
 }
+
+}  // namespace scanner_test

@@ -4,6 +4,8 @@
 
 #include <catch2/catch.hpp>
 
+namespace sound_probability_test {
+
 using kr5::calibration::pipeline::settle_outliers;
 
 namespace {
@@ -53,3 +55,5 @@ TEST_CASE("a measurement that is sound only while it is left out comes back twic
   CHECK(weights[3] == 0.0);
   CHECK(refits == 5);  // out, in, out, in, out
 }
+
+}  // namespace sound_probability_test

@@ -13,6 +13,8 @@
 #include <support/coverage.hpp>
 #include <support/trials.hpp>
 
+namespace timed_hand_eye_test {
+
 using namespace kr5;
 using namespace kr5::calibration;
 
@@ -274,3 +276,5 @@ TEST_CASE("times of another unit, or one of another clock, are refused before an
   CHECK_THROWS_WITH(calibrate_timed_hand_eye(lone, stream), Catch::Contains("hand: the times span"));
   CHECK_THROWS_WITH(calibrate_timed_hand_eye(stream, nanoseconds), Catch::Contains("camera: the times span"));
 }
+
+}  // namespace timed_hand_eye_test

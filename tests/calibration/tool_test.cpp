@@ -11,6 +11,8 @@
 #include <support/coverage.hpp>
 #include <support/trials.hpp>
 
+namespace tool_test {
+
 using namespace kr5;
 using namespace kr5::calibration;
 
@@ -164,3 +166,5 @@ TEST_CASE("broken input and options are refused by name") {
   options.sigma_rotation = 1e-3;
   CHECK_THROWS_WITH(options.validate(), Catch::Contains("sigma_position"));
 }
+
+}  // namespace tool_test

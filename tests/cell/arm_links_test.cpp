@@ -6,6 +6,8 @@
 
 #include "cell/urdf_arms.hpp"
 
+namespace arm_links_test {
+
 using namespace kr5;
 using namespace kr5::cell;
 using namespace kr5::test;
@@ -97,3 +99,5 @@ TEST_CASE("an arm without links is none") {
   CHECK_THROWS_AS(cell_of_links({}), InvalidArgument);
   CHECK_FALSE(cell_of_links({{ArmLink{.joint = "only"}}, Pose::Identity()}).drives.has_value());
 }
+
+}  // namespace arm_links_test

@@ -11,6 +11,8 @@
 
 #include "support/reference.hpp"
 
+namespace cell_test {
+
 using namespace kr5;
 using namespace kr5::cell;
 using Catch::Matchers::Contains;
@@ -261,3 +263,5 @@ TEST_CASE("a servo per joint is read as a list, as lists in a map, and as one fo
   CHECK_THAT(complaint(replaced(text, "damping_ratio: 0.9, delay", "damping_ratio: [0.9, 1.0], delay")),
              Contains("servo.joint.damping_ratio: found a list of 2, expected one number, or a list of 4"));
 }
+
+}  // namespace cell_test

@@ -14,6 +14,8 @@
 #include "cell/sample_recording.hpp"
 #include "support/reference.hpp"
 
+namespace check_test {
+
 using namespace kr5;
 using namespace kr5::cell;
 using Catch::Matchers::Contains;
@@ -442,3 +444,5 @@ TEST_CASE("links that lead nowhere or in a circle are passed over in a folder, a
   CHECK_THROWS_AS(load_cell(folder.path / "a.yaml"), IoError);
   CHECK_THROWS_AS(load_recording(folder.path / "a.yaml"), IoError);
 }
+
+}  // namespace check_test

@@ -12,6 +12,8 @@
 
 #include "support/reference.hpp"
 
+namespace effect_test {
+
 using namespace kr5;
 using namespace kr5::cell;
 using Catch::Matchers::Contains;
@@ -218,3 +220,5 @@ TEST_CASE("effects in a file are read in all their forms, and what is wrong with
   CHECK_THAT(wrong("  wrist_coupling: {motor5: {element: 6, value: 1}}\n"),
              Contains("a column of the structure matrix, 0 to 5"));
 }
+
+}  // namespace effect_test

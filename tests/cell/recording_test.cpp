@@ -12,6 +12,8 @@
 #include "cell/sample_recording.hpp"
 #include "support/reference.hpp"
 
+namespace recording_test {
+
 using namespace kr5;
 using namespace kr5::cell;
 using Catch::Matchers::Contains;
@@ -327,3 +329,5 @@ TEST_CASE("noise of single joints takes the place of that of all, and is checked
   cell.noise.joint_current = {0.1, 0.2, 0.3, 0.4, 0.5, -0.6};
   CHECK_THROWS_WITH(cell.validate(), Contains("noise.joint_current") && Contains("positive"));
 }
+
+}  // namespace recording_test

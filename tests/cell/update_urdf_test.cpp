@@ -9,6 +9,8 @@
 #include "cell/urdf_arms.hpp"
 #include "support/reference.hpp"
 
+namespace update_urdf_test {
+
 using namespace kr5;
 using namespace kr5::cell;
 using namespace kr5::test;
@@ -246,3 +248,5 @@ TEST_CASE("a URDF of another robot is refused, and one that is none") {
                     Contains("x.urdf: found 1 joint, and the cell has 2; give the URDF from which"));
   CHECK(update_urdf(described, "x.urdf", unnamed).changes.empty());
 }
+
+}  // namespace update_urdf_test

@@ -14,6 +14,8 @@
 #include "cell/urdf_arms.hpp"
 #include "support/reference.hpp"
 
+namespace urdf_test {
+
 using namespace kr5;
 using namespace kr5::cell;
 using namespace kr5::test;
@@ -261,3 +263,5 @@ TEST_CASE("an arm of which a link has no mass or no inertia keeps the masses of 
   CHECK(bare == std::vector<double>{whole[0], 0.0});
   CHECK(point == whole);
 }
+
+}  // namespace urdf_test

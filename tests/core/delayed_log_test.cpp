@@ -5,6 +5,8 @@
 
 #include <catch2/catch.hpp>
 
+namespace delayed_log_test {
+
 using namespace kr5;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
@@ -26,3 +28,5 @@ TEST_CASE("a delayed log of rows at the same time, or none, has no division by z
   CHECK(shown.isApprox((MatrixXd(4, 1) << 0.0, 0.5, 0.5, 5.5).finished(), 1e-14));
   CHECK(delayed_log(VectorXd(0), MatrixXd(0, 2), 0.5).rows() == 0);
 }
+
+}  // namespace delayed_log_test

@@ -7,6 +7,8 @@
 
 #include <kr5/core/random.hpp>
 
+namespace levenberg_marquardt_test {
+
 using namespace kr5;
 using Status = LevenbergMarquardtStatus;
 
@@ -253,3 +255,5 @@ TEST_CASE("options out of range are refused by name") {
   CHECK_THROWS_WITH(LevenbergMarquardt<2>({.min_sigma = 0}), Catch::Contains("min_sigma"));
   CHECK_THROWS_WITH(LevenbergMarquardt<2>({.initial_damping = -1}), Catch::Contains("initial_damping"));
 }
+
+}  // namespace levenberg_marquardt_test

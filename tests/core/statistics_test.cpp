@@ -5,6 +5,8 @@
 
 #include <kr5/core/random.hpp>
 
+namespace statistics_test {
+
 namespace {
 
 using Eigen::VectorXd;
@@ -28,3 +30,5 @@ TEST_CASE("noise of a series: none of a few values, and none between coarse step
 }
 
 }  // namespace
+
+}  // namespace statistics_test

@@ -8,6 +8,8 @@
 #include "fit/derivatives.hpp"
 #include "fit/fit_world.hpp"
 
+namespace distance_test {
+
 using namespace kr5;
 using namespace kr5::fit;
 using namespace kr5::test;
@@ -53,3 +55,5 @@ TEST_CASE("a distance without a noise, or of a block of several numbers, is refu
   CHECK_THROWS_WITH(problem.add(DistanceMeasurement({}, zero, zero, two, 1.0)),
                     Contains("distance must be a block of one number"));
 }
+
+}  // namespace distance_test

@@ -9,6 +9,8 @@
 #include "fit/derivatives.hpp"
 #include "fit/fit_world.hpp"
 
+namespace pixels_test {
+
 using namespace kr5;
 using namespace kr5::fit;
 using namespace kr5::test;
@@ -210,3 +212,5 @@ TEST_CASE("pixels change with the chain, the camera and what bends the target") 
                                                         Eigen::Matrix2Xd::Constant(2, 8, 500), 0.5, {amounts, moved}));
   check_derivatives(problem, m, {lens_block, view, amounts});
 }
+
+}  // namespace pixels_test

@@ -6,6 +6,8 @@
 #include "fit/derivatives.hpp"
 #include "fit/fit_world.hpp"
 
+namespace plane_point_test {
+
 using namespace kr5;
 using namespace kr5::fit;
 using namespace kr5::test;
@@ -33,3 +35,5 @@ TEST_CASE("a point on a plane changes with plane, arm and point") {
 TEST_CASE("a point on a plane without a noise is refused") {
   CHECK_THROWS_WITH(PlanePointMeasurement({}, Eigen::Vector3d(0, 0, 0), -1.0), Contains("sigma must be positive [m]"));
 }
+
+}  // namespace plane_point_test

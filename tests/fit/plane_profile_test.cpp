@@ -6,6 +6,8 @@
 #include "fit/derivatives.hpp"
 #include "fit/fit_world.hpp"
 
+namespace plane_profile_test {
+
 using namespace kr5;
 using namespace kr5::fit;
 using namespace kr5::test;
@@ -42,3 +44,5 @@ TEST_CASE("a profile without points, or with the covariance of others, is refuse
   CHECK_THROWS_WITH(PlaneProfileMeasurement({}, Eigen::Matrix3Xd::Zero(3, 2), Eigen::Matrix3d::Identity()),
                     Contains("as many rows as there are numbers"));
 }
+
+}  // namespace plane_profile_test

@@ -8,6 +8,8 @@
 
 #include "fit/fit_world.hpp"
 
+namespace pose_chain_test {
+
 using namespace kr5;
 using namespace kr5::fit;
 using namespace kr5::test;
@@ -81,3 +83,5 @@ TEST_CASE("joint errors that follow a regressor are found beside the arm") {
   CHECK((fit.values(c) - compliance).norm() < 1e-10);
   CHECK(result.coordinates == std::vector<std::string>{"sag.c1", "sag.c2", "sag.c3"});
 }
+
+}  // namespace pose_chain_test

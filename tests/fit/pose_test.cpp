@@ -8,6 +8,8 @@
 #include "fit/derivatives.hpp"
 #include "fit/fit_world.hpp"
 
+namespace pose_test {
+
 using namespace kr5;
 using namespace kr5::fit;
 using namespace kr5::test;
@@ -66,3 +68,5 @@ TEST_CASE("a pose changes with all poses of its chain") {
       PoseChain().then_inverse(base).then_arm(arm, random.normal_vector(3)).then(tool), random_pose(random), 0.1, 0.1));
   check_derivatives(problem, m, {base, arm, tool});
 }
+
+}  // namespace pose_test

@@ -6,6 +6,8 @@
 #include "fit/derivatives.hpp"
 #include "fit/fit_world.hpp"
 
+namespace position_test {
+
 using namespace kr5;
 using namespace kr5::fit;
 using namespace kr5::test;
@@ -54,3 +56,5 @@ TEST_CASE("a position without a noise, of the wrong block or of a point that is 
   CHECK_THROWS_WITH(problem.add(PositionMeasurement({}, zero, Eigen::Vector3d(0, NAN, 0), 1.0)),
                     Contains("a point must be finite"));
 }
+
+}  // namespace position_test

@@ -15,6 +15,8 @@
 
 #include "fit/fit_world.hpp"
 
+namespace problem_test {
+
 using namespace kr5;
 using namespace kr5::fit;
 using namespace kr5::test;
@@ -229,3 +231,5 @@ TEST_CASE("a camera whose pixels keep their ratio is found at another focal leng
   CHECK(result.places(block)[1] == 0);
   CHECK_THROWS_WITH(fit.tie(block, 0, 1), Contains("tied already"));
 }
+
+}  // namespace problem_test

@@ -12,6 +12,8 @@
 
 #include "fit/fit_world.hpp"
 
+namespace solution_test {
+
 using namespace kr5;
 using namespace kr5::fit;
 using namespace kr5::test;
@@ -148,3 +150,5 @@ TEST_CASE("a prior on a pose that turns away from its start holds the direction 
   CHECK(std::sqrt(result.covariance(1, 1)) == Approx(1e-3).epsilon(1e-3));
   CHECK(result.prior_redundancy(fit, pose)[0] == Approx(0).margin(1e-3));
 }
+
+}  // namespace solution_test

@@ -8,6 +8,8 @@
 #include "fit/derivatives.hpp"
 #include "fit/fit_world.hpp"
 
+namespace sphere_section_test {
+
 using namespace kr5;
 using namespace kr5::fit;
 using namespace kr5::test;
@@ -49,3 +51,5 @@ TEST_CASE("a section without a radius is refused") {
   CHECK_THROWS_WITH(SphereSectionMeasurement({}, zero, 0.0, Eigen::Vector3d(0, 0, 1), C), Contains("must be positive"));
   CHECK_THROWS_WITH(SphereSectionMeasurement({}, zero, 1.0, zero, C), Contains("must be positive"));
 }
+
+}  // namespace sphere_section_test

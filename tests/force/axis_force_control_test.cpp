@@ -8,6 +8,8 @@
 #include <kr5/core/error.hpp>
 #include <kr5/robot/loopback.hpp>
 
+namespace axis_force_control_test {
+
 using namespace kr5;
 using namespace kr5::force;
 using robot::CommandFrame;
@@ -79,3 +81,5 @@ TEST_CASE("an axis that is none is refused by name") {
   CHECK_THROWS_WITH(AxisForceControl({.axis = Eigen::Vector3d::Zero()}), Catch::Contains("axis"));
   CHECK_THROWS_WITH(AxisForceControl({.loop = {.gain = -1.0}}), Catch::Contains("gain"));
 }
+
+}  // namespace axis_force_control_test

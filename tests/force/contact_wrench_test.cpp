@@ -9,6 +9,8 @@
 
 #include "book_peg.hpp"
 
+namespace contact_wrench_test {
+
 using namespace kr5;
 using namespace kr5::force;
 using namespace kr5::test;
@@ -218,3 +220,5 @@ TEST_CASE("a law that cannot be is refused") {
   CHECK_THROWS_WITH((ContactLaw{.stiffness = 0}.validate()), Catch::Contains("stiffness"));
   CHECK_THROWS_AS((ContactLaw{.friction = -1}.validate()), InvalidArgument);
 }
+
+}  // namespace contact_wrench_test

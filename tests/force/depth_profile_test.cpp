@@ -13,6 +13,8 @@
 
 #include "book_peg.hpp"
 
+namespace depth_profile_test {
+
 using namespace kr5;
 using namespace kr5::force;
 using namespace kr5::test;
@@ -224,3 +226,5 @@ TEST_CASE("profiles that tell nothing are said to, and bad input is refused") {
   CHECK_THROWS_AS(fit_tube(radii, book_tilt, rows.azimuth, rows.height, {.noise = -1.0}), InvalidArgument);
   CHECK(depth_minima(radii, book_tilt, {0.0, 0.0}).empty());
 }
+
+}  // namespace depth_profile_test

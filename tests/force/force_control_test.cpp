@@ -18,6 +18,8 @@
 
 #include "book_peg.hpp"
 
+namespace force_control_test {
+
 using namespace kr5;
 using namespace kr5::force;
 using namespace kr5::test;
@@ -266,3 +268,5 @@ TEST_CASE("a number that is none stops every loop, and nothing is a limit that l
     CHECK_THROWS_AS(compliance.validate(), InvalidArgument);
   }
 }
+
+}  // namespace force_control_test

@@ -9,6 +9,8 @@
 
 #include <kr5/core/error.hpp>
 
+namespace force_loop_test {
+
 using namespace kr5;
 using namespace kr5::force;
 
@@ -145,3 +147,5 @@ TEST_CASE("a step of a correction that adds up is bounded without being asked fo
     CHECK_THROWS_WITH(ForceLoop({.largest_step = limit}), Catch::Contains("largest_step"));
   }
 }
+
+}  // namespace force_loop_test

@@ -16,6 +16,8 @@
 
 #include "book_peg.hpp"
 
+namespace insertion_test {
+
 using namespace kr5;
 using namespace kr5::force;
 using namespace kr5::test;
@@ -346,3 +348,5 @@ TEST_CASE("options that are no numbers, or of the wrong sign, are refused by nam
   refused("force", [](auto& o) { o.limits.force = 0; });
   refused("current", [](auto& o) { o.limits.current = Eigen::VectorXd::Zero(6); });
 }
+
+}  // namespace insertion_test

@@ -9,6 +9,8 @@
 
 #include "book_peg.hpp"
 
+namespace peg_on_tube_test {
+
 using namespace kr5;
 using namespace kr5::force;
 using namespace kr5::test;
@@ -256,3 +258,5 @@ TEST_CASE("many rows are the single ones, and unequal columns are refused") {
                   InvalidArgument);
   CHECK_THROWS_WITH(resting_heights({}, Pose::Identity(), tilt, alpha, cx, cy, height), Catch::Contains("peg_radius"));
 }
+
+}  // namespace peg_on_tube_test

@@ -8,6 +8,8 @@
 #include "book_peg.hpp"
 #include "support/trials.hpp"
 
+namespace peg_tube_contact_test {
+
 using namespace kr5;
 using namespace kr5::force;
 using namespace kr5::test;
@@ -262,3 +264,5 @@ TEST_CASE("a shape that cannot be is refused") {
   s.tube_chamfer = 0.01;
   CHECK_THROWS_AS(s.validate(), InvalidArgument);
 }
+
+}  // namespace peg_tube_contact_test

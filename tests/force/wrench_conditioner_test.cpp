@@ -9,6 +9,8 @@
 #include <kr5/core/error.hpp>
 #include <kr5/core/random.hpp>
 
+namespace wrench_conditioner_test {
+
 using namespace kr5;
 using namespace kr5::force;
 
@@ -112,3 +114,5 @@ TEST_CASE("a reading that is no number is told in its cycle, and spoils neither 
     CHECK(conditioner.step(good, R).isZero(1e-12));
   }
 }
+
+}  // namespace wrench_conditioner_test

@@ -2,6 +2,8 @@
 
 #include <kr5/gap/dependence.hpp>
 
+namespace dependence_test {
+
 using namespace kr5::gap;
 
 TEST_CASE("the notation of a variable reads back") {
@@ -23,3 +25,5 @@ TEST_CASE("a text that is no notation of a joint is a column") {
     CHECK(find_variable(text) == Variable{VariableKind::Column, 0, text});
   }
 }
+
+}  // namespace dependence_test

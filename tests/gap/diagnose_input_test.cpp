@@ -18,6 +18,8 @@
 #include "gap/diagnosis_matchers.hpp"
 #include "gap/protocol.hpp"
 
+namespace diagnose_input_test {
+
 /// @file
 /// Recordings that are not as one would wish: the diagnosis judges by what there is, and says what it left out.
 
@@ -399,3 +401,5 @@ TEST_CASE("gaps are relative to the noise whether the simulator is known to be o
   options.simulator_errors = {{"motion.i2", 3 * r.cell.noise.current}};
   CHECK(gap_of_i2() == Approx(plain).epsilon(0.02));
 }
+
+}  // namespace diagnose_input_test

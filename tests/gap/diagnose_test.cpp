@@ -19,6 +19,8 @@
 #include "gap/diagnosis_matchers.hpp"
 #include "gap/protocol.hpp"
 
+namespace diagnose_test {
+
 using namespace kr5;
 using test::names_only;
 using test::text;
@@ -254,3 +256,5 @@ TEST_CASE("options and recordings that make no sense are refused") {
   empty.cell = protocol::nominal();
   CHECK_THROWS_AS(gap::diagnose(empty, predict::FastSimulator()), InvalidArgument);
 }
+
+}  // namespace diagnose_test

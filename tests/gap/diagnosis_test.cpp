@@ -8,6 +8,8 @@
 #include <kr5/gap/notes.hpp>
 #include <kr5/gap/sentences.hpp>
 
+namespace diagnosis_test {
+
 using namespace kr5;
 using namespace kr5::gap;
 
@@ -161,3 +163,5 @@ TEST_CASE("what is no diagnosis is refused with line and field") {
   refused(replaced(to_json(full()), "\"oscillates\"", "\"wobbles\""), "where[0].depends_on[1].shape");
   refused(replaced(to_json(full()), "\"spikes\": 22", "\"spikes\": 2.5"), "spikes");
 }
+
+}  // namespace diagnosis_test

@@ -14,6 +14,8 @@
 
 #include "gap/protocol.hpp"
 
+namespace effect_fit_test {
+
 using namespace kr5;
 
 namespace {
@@ -245,3 +247,5 @@ TEST_CASE("bad input of trials is refused") {
   const cell::Cell other = cell::load_cell(KR5_SHARE_DIR "/cells/gantry_rrp.yaml");
   CHECK_THROWS_WITH(gap::fit_effects(r, other, simulator, {{"tool_offset", "tool"}}), Catch::Contains("joints"));
 }
+
+}  // namespace effect_fit_test

@@ -13,6 +13,8 @@
 
 #include "gap/protocol.hpp"
 
+namespace hypotheses_test {
+
 using namespace kr5;
 
 namespace {
@@ -129,3 +131,5 @@ TEST_CASE("a typical effect is refused for what the cell does not have") {
   CHECK_THROWS_WITH(gap::with_typical_effect(protocol::nominal(), {"load_frictoin", "joint1"}),
                     Catch::Contains("load_friction"));
 }
+
+}  // namespace hypotheses_test

@@ -13,6 +13,8 @@
 
 #include "gap/protocol.hpp"
 
+namespace invalid_cell_test {
+
 using namespace kr5;
 using Catch::Contains;
 
@@ -63,3 +65,5 @@ TEST_CASE("every entry that is given a cell beside the recording refuses an inva
     CHECK_THROWS_WITH(gap::residual_columns(r, simulator, {r.cell, cell}), Contains(field));
   }
 }
+
+}  // namespace invalid_cell_test

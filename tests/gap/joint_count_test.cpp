@@ -13,6 +13,8 @@
 #include "gap/protocol.hpp"
 #include "support/arm_cells.hpp"
 
+namespace joint_count_test {
+
 using namespace kr5;
 
 namespace {
@@ -94,3 +96,5 @@ TEST_CASE("an arm of 7 joints: a planned experiment moves all of them and tells 
   INFO(test::text(d));
   CHECK(test::names_only(d, {{"coulomb_friction", "joint7"}}));
 }
+
+}  // namespace joint_count_test

@@ -8,6 +8,8 @@
 #include <kr5/core/error.hpp>
 #include <kr5/core/random.hpp>
 
+namespace measure_test {
+
 using namespace kr5;
 
 namespace {
@@ -201,3 +203,5 @@ TEST_CASE("a cell with another number of joints is refused") {
   other.robot.dh.pop_back();
   CHECK_THROWS_AS(gap::measure(r, other, Constant()), InvalidArgument);
 }
+
+}  // namespace measure_test

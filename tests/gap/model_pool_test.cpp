@@ -13,6 +13,8 @@
 #include "gap/protocol.hpp"
 #include "gap/screening/screen.hpp"
 
+namespace model_pool_test {
+
 /// @file
 /// Sets of effects that were fitted, and those of them that were dropped.
 
@@ -71,3 +73,5 @@ TEST_CASE("a dropped set of effects stays dropped until it is admitted") {
   CHECK(std::ranges::is_sorted(
       pool.all(), [](const gap::Model& a, const gap::Model& b) { return a.log_evidence > b.log_evidence; }));
 }
+
+}  // namespace model_pool_test

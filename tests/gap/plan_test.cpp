@@ -15,6 +15,8 @@
 #include <support/trials.hpp>
 #include "gap/protocol.hpp"
 
+namespace plan_test {
+
 using namespace kr5;
 
 namespace {
@@ -265,3 +267,5 @@ TEST_CASE("plans that make no sense are refused") {
   CHECK(gap::with_load(r.cell, 2.0).tool->mass == Approx(r.cell.tool->mass + 2.0));
   CHECK_THROWS_AS(gap::with_load(r.cell, -1.0), InvalidArgument);
 }
+
+}  // namespace plan_test

@@ -13,6 +13,8 @@
 
 #include "gap/protocol.hpp"
 
+namespace registered_effect_test {
+
 using namespace kr5;
 using Catch::Contains;
 
@@ -129,3 +131,5 @@ TEST_CASE("a row that lacks something, or has the name of another, is refused") 
   CHECK_THROWS_WITH(cell::unregister_effect("backlash"), Contains("is built into the library"));
   CHECK_THROWS_AS(cell::unregister_effect("bent_sensor"), InvalidArgument);
 }
+
+}  // namespace registered_effect_test

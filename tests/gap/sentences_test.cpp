@@ -9,6 +9,8 @@
 #include <kr5/gap/sentences.hpp>
 #include <kr5/gap/words.hpp>
 
+namespace sentences_test {
+
 using namespace kr5::gap;
 using kr5::cell::Kind;
 
@@ -243,3 +245,5 @@ TEST_CASE("values have as many digits as their uncertainty, and one uncertainty 
   CHECK(value_text({"time_constant", {250.0}, {12.0}, "s"}, "joint3") == "250 ± 12 s");
   CHECK(value_text({"delay", {0.0125}, {0.0004}, "s"}, "joint3") == "12.50 ± 0.40 ms");
 }
+
+}  // namespace sentences_test

@@ -4,6 +4,8 @@
 #include <kr5/core/random.hpp>
 #include <kr5/geometry/pinhole.hpp>
 
+namespace pinhole_test {
+
 using namespace kr5;
 
 namespace {
@@ -70,3 +72,5 @@ TEST_CASE("a camera without focal length is refused") {
   CHECK_THROWS_AS(c.validate(), InvalidArgument);
   CHECK_THROWS_AS(Pinhole{}.validate(), InvalidArgument);
 }
+
+}  // namespace pinhole_test

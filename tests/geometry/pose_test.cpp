@@ -8,6 +8,8 @@
 #include <kr5/geometry/pose.hpp>
 #include <kr5/geometry/pose_derivatives.hpp>
 
+namespace pose_test {
+
 using namespace kr5;
 
 TEST_CASE("rotation vector survives the round trip at any angle") {
@@ -90,3 +92,5 @@ TEST_CASE("mean of scattered poses is their centre") {
   CHECK(pose_difference(centre, mean_pose(poses)).norm() < 1e-4);
   CHECK_THROWS_AS(mean_pose({}), InvalidArgument);
 }
+
+}  // namespace pose_test

@@ -6,6 +6,8 @@
 #include <kr5/core/random.hpp>
 #include <kr5/geometry/projection_matrix.hpp>
 
+namespace projection_matrix_test {
+
 using namespace kr5;
 using Catch::Matchers::Contains;
 
@@ -132,3 +134,5 @@ TEST_CASE("points that give no projection matrix, or no point, are refused") {
   CHECK_THROWS_WITH(back_projection_uncertainty(points, pixels, {.normal = {0, 2, 0}}), Contains("unit vector"));
   CHECK_THROWS_WITH(back_projection_uncertainty(points, pixels, board, {.sigma_pixel = 0}), Contains("sigma_pixel"));
 }
+
+}  // namespace projection_matrix_test

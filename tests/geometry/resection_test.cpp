@@ -6,6 +6,8 @@
 #include <kr5/core/random.hpp>
 #include <kr5/geometry/resection.hpp>
 
+namespace resection_test {
+
 using namespace kr5;
 
 namespace {
@@ -158,3 +160,5 @@ TEST_CASE("points on a line have no pose, and malformed input is refused") {
   pixels(0, 0) = std::nan("");
   CHECK_THROWS_AS(resect(square, pixels, c), InvalidArgument);
 }
+
+}  // namespace resection_test

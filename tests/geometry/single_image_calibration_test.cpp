@@ -6,6 +6,8 @@
 #include <kr5/core/random.hpp>
 #include <kr5/geometry/single_image_calibration.hpp>
 
+namespace single_image_calibration_test {
+
 using namespace kr5;
 
 namespace {
@@ -99,3 +101,5 @@ TEST_CASE("too few points and unequal sizes are refused") {
   few.pixels.conservativeResize(2, 4);
   CHECK_THROWS_AS(calibrate_single_image(std::span(&few, 1), scene.camera), InvalidArgument);
 }
+
+}  // namespace single_image_calibration_test

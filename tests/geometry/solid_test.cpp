@@ -6,6 +6,8 @@
 #include <kr5/core/random.hpp>
 #include <kr5/geometry/solid.hpp>
 
+namespace solid_test {
+
 using namespace kr5;
 using Eigen::Vector3d;
 
@@ -89,3 +91,5 @@ TEST_CASE("solids without a size are refused by field") {
   CHECK_THROWS_WITH(tube(0.0, 0.01, 0.0).validate(), Catch::Contains("depth"));
   CHECK_THROWS_WITH(Solid{.kind = SolidKind::Plate}.validate(), Catch::Contains("width"));
 }
+
+}  // namespace solid_test

@@ -3,6 +3,8 @@
 #include <kr5/core/error.hpp>
 #include <kr5/geometry/target.hpp>
 
+namespace target_test {
+
 using namespace kr5;
 
 TEST_CASE("every short form is read") {
@@ -90,3 +92,5 @@ TEST_CASE("everything that is wrong with a target is told at once") {
   REQUIRE(board.problems().size() == 1);
   CHECK(board.problems()[0].expected == "ids of family 25h9, 0 to 34, for 35 markers");
 }
+
+}  // namespace target_test

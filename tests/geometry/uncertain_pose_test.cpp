@@ -6,6 +6,8 @@
 #include <kr5/core/random.hpp>
 #include <kr5/geometry/uncertain_pose.hpp>
 
+namespace uncertain_pose_test {
+
 using namespace kr5;
 using Catch::Matchers::Contains;
 
@@ -164,3 +166,5 @@ TEST_CASE("what is no covariance is refused") {
   CHECK_THROWS_WITH(propagate(f, Eigen::Vector3d(0, 0, 0), bad), Contains("covariance is 2 x 2, the mean has 3"));
   CHECK_THROWS_WITH(fuse({}), Contains("no measurements"));
 }
+
+}  // namespace uncertain_pose_test

@@ -11,6 +11,8 @@
 
 #include "kinematics/random_chain.hpp"
 
+namespace base_parameters_test {
+
 using namespace kr5;
 using namespace kr5::identification;
 using Catch::Matchers::Contains;
@@ -276,3 +278,5 @@ TEST_CASE("a model or options that cannot be are refused by name") {
   CHECK_THROWS_WITH(DynamicsRegressor(kr5_model()).evaluate(random_motion(random, 5, 3)),
                     Contains("motion: expected 6 joints, found 5"));
 }
+
+}  // namespace base_parameters_test

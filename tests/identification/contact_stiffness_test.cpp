@@ -10,6 +10,8 @@
 #include "support/coverage.hpp"
 #include "support/trials.hpp"
 
+namespace contact_stiffness_test {
+
 using namespace kr5;
 using namespace kr5::identification;
 using Catch::Matchers::Contains;
@@ -181,3 +183,5 @@ TEST_CASE("readings with an invalid number are refused with their row") {
   log.t = VectorXd::Zero(10);
   CHECK_THROWS_WITH(identify_contact_stiffness(log), Contains("t: row 1 is not later"));
 }
+
+}  // namespace contact_stiffness_test

@@ -10,6 +10,8 @@
 #include <kr5/kinematics/newton_euler.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 
+namespace current_limits_test {
+
 using namespace kr5;
 using namespace kr5::identification;
 using Catch::Matchers::Contains;
@@ -167,3 +169,5 @@ TEST_CASE("what limits cannot be made from is named") {
   CHECK_FALSE(untold.fit.usable());
   CHECK_THAT(untold.fit.message, Contains("posture 0: the gravity torque of joint 2"));
 }
+
+}  // namespace current_limits_test

@@ -12,6 +12,8 @@
 #include "../support/coverage.hpp"
 #include "../support/trials.hpp"
 
+namespace drives_test {
+
 using namespace kr5;
 using namespace kr5::identification;
 using Catch::Matchers::Contains;
@@ -186,3 +188,5 @@ TEST_CASE("the current model says when a motion does not show it") {
   CHECK_THAT(identify_current_model(wave.head(5), wave.head(5), wave.head(5)).fit.message, Contains("5 samples"));
   CHECK_THROWS_WITH(identify_current_model(wave, wave.head(20), wave), Contains("found 50, 20 and 50 samples"));
 }
+
+}  // namespace drives_test

@@ -16,6 +16,8 @@
 #include "support/reference.hpp"
 #include "support/trials.hpp"
 
+namespace dynamics_test {
+
 using namespace kr5;
 using namespace kr5::identification;
 using Catch::Matchers::Contains;
@@ -798,3 +800,5 @@ TEST_CASE("a payload is found beside a known arm and beside one that was identif
   CHECK_THROWS_WITH(identify_payload(loaded, arm, truth.chi, {Estimator::Consistent}),
                     Contains("estimator: a payload is estimated with"));
 }
+
+}  // namespace dynamics_test

@@ -11,6 +11,8 @@
 #include <kr5/physics/effective_arm.hpp>
 #include <support/arm_cells.hpp>
 
+namespace excitation_test {
+
 using namespace kr5;
 using namespace kr5::identification;
 using Catch::Matchers::Contains;
@@ -288,3 +290,5 @@ TEST_CASE("what a design cannot use is named") {
   cell.robot.limits = cell::Limits{Eigen::Vector3d::Zero(), Eigen::Vector3d::Ones(), {}, {}};
   CHECK_THROWS_WITH(motion_limits(cell), Contains("velocity is missing"));
 }
+
+}  // namespace excitation_test

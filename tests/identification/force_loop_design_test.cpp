@@ -8,6 +8,8 @@
 #include <kr5/identification/force_loop_design.hpp>
 #include <kr5/physics/path_correction.hpp>
 
+namespace force_loop_design_test {
+
 using namespace kr5;
 using namespace kr5::identification;
 using Catch::Matchers::Contains;
@@ -168,3 +170,5 @@ TEST_CASE("a plant or an option that cannot be is named") {
                     Contains("highest_stiffness"));
   CHECK_THROWS_WITH(design_force_loop(book, {}, {.points = 0}), Contains("points"));
 }
+
+}  // namespace force_loop_design_test

@@ -13,6 +13,8 @@
 #include "support/coverage.hpp"
 #include "support/trials.hpp"
 
+namespace force_torque_test {
+
 using namespace kr5;
 using namespace kr5::identification;
 using Catch::Matchers::Contains;
@@ -227,3 +229,5 @@ TEST_CASE("readings of the sensor with an invalid number are refused with their 
   CHECK_THROWS_WITH(posture_readings(cell, kinematics::Rows::Zero(2, 6), kinematics::Rows::Zero(2, 6)),
                     Contains("q: expected 3 joint values"));
 }
+
+}  // namespace force_torque_test

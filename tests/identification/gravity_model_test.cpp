@@ -14,6 +14,8 @@
 #include <support/coverage.hpp>
 #include <support/trials.hpp>
 
+namespace gravity_model_test {
+
 using namespace kr5;
 using namespace kr5::identification;
 using Catch::Matchers::Contains;
@@ -240,3 +242,5 @@ TEST_CASE("slow motion that tells no gravity is named") {
   CHECK_THROWS_WITH(GravityOptions{.max_speed = 0.001}.validate(), Contains("max_speed"));
   CHECK_THROWS_WITH(GravityOptions{.held_out = 1.0}.validate(), Contains("held_out"));
 }
+
+}  // namespace gravity_model_test

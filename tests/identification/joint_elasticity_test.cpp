@@ -10,6 +10,8 @@
 #include <support/coverage.hpp>
 #include <support/trials.hpp>
 
+namespace joint_elasticity_test {
+
 using namespace kr5;
 using namespace kr5::identification;
 using Catch::Matchers::Contains;
@@ -180,3 +182,5 @@ TEST_CASE("readings that tell nothing, or something else, are named") {
                     Contains("torque_noise must not be negative"));
   CHECK_THROWS_WITH(identify_elasticity(sound, {.side_torque = nan}), Contains("side_torque must not be negative"));
 }
+
+}  // namespace joint_elasticity_test

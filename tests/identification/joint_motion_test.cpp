@@ -5,6 +5,8 @@
 #include <kr5/core/error.hpp>
 #include <kr5/identification/joint_motion.hpp>
 
+namespace joint_motion_test {
+
 using namespace kr5;
 using namespace kr5::identification;
 using Catch::Matchers::Contains;
@@ -36,3 +38,5 @@ TEST_CASE("names field and row of what is wrong in a motion") {
   motion.run_starts = {2};
   CHECK_THROWS_WITH(motion.validate(), Contains("run_starts"));
 }
+
+}  // namespace joint_motion_test

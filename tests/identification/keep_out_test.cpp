@@ -10,6 +10,8 @@
 #include <kr5/identification/excitation.hpp>
 #include <support/arm_cells.hpp>
 
+namespace keep_out_test {
+
 using namespace kr5;
 using namespace kr5::identification;
 using Catch::Matchers::Contains;
@@ -249,3 +251,5 @@ TEST_CASE("a file of zones is read, and its mistakes are named") {
   std::remove(file.c_str());
   CHECK_THROWS_AS(load_keep_out("no_such_file.yaml"), IoError);
 }
+
+}  // namespace keep_out_test

@@ -10,6 +10,8 @@
 #include <kr5/identification/log_conditioning.hpp>
 #include <kr5/identification/zero_phase.hpp>
 
+namespace log_conditioning_test {
+
 using namespace kr5;
 using namespace kr5::identification;
 using Catch::Matchers::Contains;
@@ -475,3 +477,5 @@ TEST_CASE("temperatures in another unit, missing ones and those of no drive are 
   log.temperature = MatrixXd::Zero(5, 3);
   CHECK_THROWS_WITH(check_log(log), Contains("temperature: expected 5000 x 3 numbers, found 5 x 3"));
 }
+
+}  // namespace log_conditioning_test

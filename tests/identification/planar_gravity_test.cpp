@@ -10,6 +10,8 @@
 #include <support/coverage.hpp>
 #include <support/trials.hpp>
 
+namespace planar_gravity_test {
+
 using namespace kr5;
 using namespace kr5::identification;
 using Catch::Matchers::Contains;
@@ -156,3 +158,5 @@ TEST_CASE("slow motion that tells no harmonic is named") {
   upright.joints.resize(2);
   CHECK_THROWS_WITH(gravity_angles(upright, VectorXd::Zero(2)), Contains("no joint has a horizontal axis"));
 }
+
+}  // namespace planar_gravity_test

@@ -11,6 +11,8 @@
 #include "support/coverage.hpp"
 #include "support/trials.hpp"
 
+namespace servo_test {
+
 using namespace kr5;
 using namespace kr5::identification;
 using Catch::Matchers::Contains;
@@ -182,3 +184,5 @@ TEST_CASE("a log with an invalid number or time is refused with its row") {
   CHECK_THROWS_WITH(identify_servo(log), Contains("command: expected 500 numbers, found 7"));
   CHECK_THROWS_WITH(identify_servo(step_log(book, 7), {.max_delay = 0.0}), Contains("max_delay"));
 }
+
+}  // namespace servo_test

@@ -9,6 +9,8 @@
 #include <kr5/io/csv.hpp>
 #include <kr5/io/node.hpp>
 
+namespace csv_test {
+
 using namespace kr5;
 using namespace kr5::io;
 using Catch::Matchers::Contains;
@@ -117,3 +119,5 @@ TEST_CASE("a hundred thousand columns are read, and one that is there twice is f
   CHECK(try_parse_csv(header + "\n" + row + "\n", "wide.csv").table.values.cols() == 100'000);
   CHECK(try_parse_csv(header + ",c7\n", "wide.csv").diagnostics.size() == 1);
 }
+
+}  // namespace csv_test

@@ -9,6 +9,8 @@
 #include <kr5/geometry/pose.hpp>
 #include <kr5/io/fields.hpp>
 
+namespace fields_test {
+
 using namespace kr5;
 using namespace kr5::io;
 using Catch::Matchers::Contains;
@@ -199,3 +201,5 @@ TEST_CASE("a field may have another key in files, which is read, written, requir
   CHECK(bad.diagnostics()[0].field == "T_L");
   CHECK(bad.diagnostics()[1].found == "an unknown key");
 }
+
+}  // namespace fields_test

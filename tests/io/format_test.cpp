@@ -4,6 +4,8 @@
 #include <kr5/geometry/pose.hpp>
 #include <kr5/io/format.hpp>
 
+namespace format_test {
+
 using namespace kr5;
 using namespace kr5::io;
 
@@ -59,3 +61,5 @@ TEST_CASE("a typed pose comes back as the six numbers typed, any other loses not
   CHECK(to_yaml(pose_node(from_xyzrpy((Vector6() << 0.01, 0.065, -0.06, 0.02, -0.015, 1.57).finished()))) ==
         "[0.01, 0.065, -0.06, 0.02, -0.015, 1.57]\n");
 }
+
+}  // namespace format_test

@@ -12,6 +12,8 @@
 #include <kr5/io/json.hpp>
 #include <kr5/io/node.hpp>
 
+namespace node_test {
+
 using namespace kr5;
 using namespace kr5::io;
 using Catch::Matchers::Contains;
@@ -185,3 +187,5 @@ TEST_CASE("loops of links and devices are errors of the file, and a link given t
   CHECK(std::distance(fs::directory_iterator(folder), fs::directory_iterator()) == 4);  // nothing is left beside
   fs::remove_all(folder);
 }
+
+}  // namespace node_test

@@ -6,6 +6,8 @@
 #include <kr5/core/random.hpp>
 #include <kr5/kinematics/axis_chain.hpp>
 
+namespace axis_chain_test {
+
 using namespace kr5;
 using namespace kr5::kinematics;
 using Catch::Matchers::Contains;
@@ -81,3 +83,5 @@ TEST_CASE("axes that are no lines, or do not match the joint values, are refused
   bent[1].direction = Eigen::Vector3d(0, 0, 2);
   CHECK_THROWS_WITH(chain_from_axes(bent, Eigen::VectorXd::Zero(2), Pose::Identity()), Contains("axis 2"));
 }
+
+}  // namespace axis_chain_test

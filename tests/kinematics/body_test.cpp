@@ -4,6 +4,8 @@
 
 #include "kinematics/random_chain.hpp"
 
+namespace body_test {
+
 using namespace kr5;
 using namespace kr5::test;
 using kinematics::Body;
@@ -36,3 +38,5 @@ TEST_CASE("what could be no real body is not left") {
   part.inertia << 0.05, 0.06, 0.07, 0, 0, 0;
   CHECK(body_without(whole, part).has_value());
 }
+
+}  // namespace body_test

@@ -6,6 +6,8 @@
 #include <kr5/core/random.hpp>
 #include <kr5/kinematics/deviated_arm.hpp>
 
+namespace deviated_arm_test {
+
 using namespace kr5;
 using namespace kr5::kinematics;
 using Catch::Matchers::Contains;
@@ -64,3 +66,5 @@ TEST_CASE("parameters of an arm have the names of the tables, and one it has not
   arm.q = Eigen::Vector3d::Zero();
   CHECK_THROWS_WITH(arm.errors(Rows::Zero(3, 8)), Contains("q has 3 values, the arm 2 joints"));
 }
+
+}  // namespace deviated_arm_test

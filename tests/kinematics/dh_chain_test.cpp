@@ -5,6 +5,8 @@
 #include <kr5/core/error.hpp>
 #include <kr5/kinematics/dh_chain.hpp>
 
+namespace dh_chain_test {
+
 using namespace kr5;
 using namespace kr5::kinematics;
 
@@ -56,3 +58,5 @@ TEST_CASE("rows of joint values give the flange of each") {
   }
   CHECK_THROWS_AS(chain.flanges(Rows::Zero(2, 5)), InvalidArgument);
 }
+
+}  // namespace dh_chain_test

@@ -6,6 +6,8 @@
 
 #include "kinematics/random_chain.hpp"
 
+namespace inertial_regressor_test {
+
 using namespace kr5;
 using namespace kr5::kinematics;
 using kr5::test::random_vector;
@@ -172,3 +174,5 @@ TEST_CASE("a regressor refuses wrong sizes by name") {
   CHECK_THROWS_WITH(denoc(s.chain, s.q, s.qd, Eigen::VectorXd::Zero(5)),
                     "q, qd, qdd: expected 6 values each, one a joint");
 }
+
+}  // namespace inertial_regressor_test

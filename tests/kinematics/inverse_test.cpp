@@ -8,6 +8,8 @@
 #include "kinematics/postures.hpp"
 #include "kinematics/random_chain.hpp"
 
+namespace inverse_test {
+
 using namespace kr5;
 using namespace kr5::kinematics;
 using Eigen::VectorXd;
@@ -212,3 +214,5 @@ TEST_CASE("options of the wrong size and a matrix that is no pose are refused by
   CHECK_THROWS_WITH(inverse_kinematics(chain, skewed), "T_base_flange must be a rigid motion");
   CHECK_THROWS_AS(inverse_kinematics(DhChain{}, Pose::Identity()), InvalidArgument);
 }
+
+}  // namespace inverse_test

@@ -8,6 +8,8 @@
 
 #include "kinematics/random_chain.hpp"
 
+namespace jacobian_test {
+
 using namespace kr5;
 using namespace kr5::kinematics;
 
@@ -76,3 +78,5 @@ TEST_CASE("the flange's derivative by every joint parameter is that of finite di
     }
   }
 }
+
+}  // namespace jacobian_test

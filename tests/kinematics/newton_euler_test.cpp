@@ -8,6 +8,8 @@
 
 #include "kinematics/random_chain.hpp"
 
+namespace newton_euler_test {
+
 using namespace kr5;
 using namespace kr5::kinematics;
 using kr5::test::random_vector;
@@ -234,3 +236,5 @@ TEST_CASE("a wrong size or link is refused by name") {
   CHECK_THROWS_WITH(arm.dynamics.set_body(6, Body{}), "no link 6, the chain has links 0 to 5");
   CHECK_THROWS_AS(arm.dynamics.loads(Rows::Zero(2, 6), Rows::Zero(3, 6), Rows::Zero(2, 6)), InvalidArgument);
 }
+
+}  // namespace newton_euler_test

@@ -11,6 +11,8 @@
 #include "kinematics/postures.hpp"
 #include "kinematics/random_chain.hpp"
 
+namespace spherical_wrist_test {
+
 using namespace kr5;
 using namespace kr5::kinematics;
 using Eigen::VectorXd;
@@ -215,3 +217,5 @@ TEST_CASE("chains that cannot place or turn the wrist have no closed form") {
   chain.joints[1].type = JointType::Prismatic;
   CHECK_FALSE(has_closed_form(chain));
 }
+
+}  // namespace spherical_wrist_test

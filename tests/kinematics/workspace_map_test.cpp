@@ -8,6 +8,8 @@
 #include <kr5/kinematics/jacobian.hpp>
 #include <kr5/kinematics/workspace_map.hpp>
 
+namespace workspace_map_test {
+
 using namespace kr5;
 using namespace kr5::kinematics;
 
@@ -114,3 +116,5 @@ TEST_CASE("joints without end turn once, slides without end and wrong limits are
   CHECK_THROWS_WITH(workspace_map(arm, -free, free, {.samples = 5}), Catch::Contains("samples"));
   CHECK_THROWS_WITH(workspace_map({}, {}, {}), Catch::Contains("no joints"));
 }
+
+}  // namespace workspace_map_test

@@ -9,6 +9,8 @@
 #include <kr5/physics/scanner.hpp>
 #include <kr5/physics/tube.hpp>
 
+namespace contact_test {
+
 using namespace kr5;
 
 namespace {
@@ -75,3 +77,5 @@ TEST_CASE("a late scanner shows the profile of where it was") {
   CHECK((ray.origin - Eigen::Vector3d(0.01, -0.01, 0.0)).norm() < 1e-15);
   CHECK(ray.direction == Eigen::Vector3d(0, 0, 1));
 }
+
+}  // namespace contact_test

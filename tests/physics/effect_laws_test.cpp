@@ -8,6 +8,8 @@
 
 #include <kr5/cell/effect.hpp>
 
+namespace effect_laws_test {
+
 using namespace kr5;
 namespace fs = std::filesystem;
 
@@ -58,3 +60,5 @@ TEST_CASE("no simulator reads an effect itself: both have the laws of one place"
   CHECK(std::regex_search("const auto& e = cell.effects; e.number(", read));
   CHECK(std::regex_search("cell->effects", read));
 }
+
+}  // namespace effect_laws_test

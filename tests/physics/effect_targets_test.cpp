@@ -6,6 +6,8 @@
 #include <kr5/cell/effect.hpp>
 #include <kr5/core/error.hpp>
 
+namespace effect_targets_test {
+
 using namespace kr5;
 using Catch::Contains;
 
@@ -39,3 +41,5 @@ TEST_CASE("an effect on a part that the cell does not have is named with what is
   cell.tool.reset();
   CHECK_THROWS_WITH(physics::check_effect_targets(cell), Contains("effects.ft_bias.fx: the cell has no tool"));
 }
+
+}  // namespace effect_targets_test

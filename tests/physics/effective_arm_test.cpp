@@ -7,6 +7,8 @@
 #include <kr5/physics/joint_drive.hpp>
 #include <kr5/physics/tool.hpp>
 
+namespace effective_arm_test {
+
 using namespace kr5;
 using Eigen::VectorXd;
 using physics::EffectiveArm;
@@ -132,3 +134,5 @@ TEST_CASE("the slope and curvature of a transmission are the derivatives of its 
   CHECK(t.slope(q) == Approx((t.link(q + h) - t.link(q - h)) / (2 * h)).epsilon(1e-8));
   CHECK(t.curvature(q) == Approx((t.slope(q + h) - t.slope(q - h)) / (2 * h)).epsilon(1e-5));
 }
+
+}  // namespace effective_arm_test

@@ -7,6 +7,8 @@
 
 #include <kr5/cell/effect.hpp>
 
+namespace friction_test {
+
 using namespace kr5;
 using namespace kr5::physics;
 using Eigen::ArrayXd;
@@ -67,3 +69,5 @@ TEST_CASE("only friction that grows with the load asks for the torque through th
   CHECK(JointFriction(cell, 1).needs_gear_torque());
   CHECK_FALSE(JointFriction(cell, 0).needs_gear_torque());
 }
+
+}  // namespace friction_test

@@ -6,6 +6,8 @@
 
 #include <catch2/catch.hpp>
 
+namespace gear_spring_test {
+
 using namespace kr5;
 using physics::GearSpring;
 
@@ -113,3 +115,5 @@ TEST_CASE("an identified spring in a cell is the gear of its joint") {
   CHECK(physics::gear_spring(again, 3).rigid());
   CHECK_THROWS_WITH(physics::set_joint_spring(cell, 6, 1e4, 0.0), Catch::Contains("joint: found 6, expected 0 to 5"));
 }
+
+}  // namespace gear_spring_test

@@ -5,6 +5,8 @@
 
 #include <kr5/core/error.hpp>
 
+namespace motors_test {
+
 using namespace kr5;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
@@ -44,3 +46,5 @@ TEST_CASE("effects on motors replace the parameters of the cell") {
   cell.drives->structure.row(2).setZero();
   CHECK_THROWS_WITH(physics::Motors(cell), Catch::StartsWith("drives.structure: has no inverse"));
 }
+
+}  // namespace motors_test

@@ -7,6 +7,8 @@
 #include <kr5/core/error.hpp>
 #include <kr5/physics/path_correction.hpp>
 
+namespace path_correction_test {
+
 using namespace kr5;
 using cell::CorrectionMode;
 using physics::PathCorrection;
@@ -101,3 +103,5 @@ TEST_CASE("frequency, cycle and limits that are not positive are refused by name
   cell.servo->tool.reset();
   CHECK_THAT(complaint(cell), Catch::StartsWith("servo.tool"));
 }
+
+}  // namespace path_correction_test

@@ -7,6 +7,8 @@
 
 #include <kr5/physics/second_order.hpp>
 
+namespace servo_bank_test {
+
 using namespace kr5;
 using namespace kr5::physics;
 using Eigen::VectorXd;
@@ -96,3 +98,5 @@ TEST_CASE("the response to a held command is that of its steps one after the oth
     CHECK(held(k, 0) == Approx(x).margin(1e-9));
   }
 }
+
+}  // namespace servo_bank_test

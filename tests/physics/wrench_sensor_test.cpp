@@ -8,6 +8,8 @@
 #include <kr5/cell/effect.hpp>
 #include <kr5/core/error.hpp>
 
+namespace wrench_sensor_test {
+
 using namespace kr5;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
@@ -75,3 +77,5 @@ TEST_CASE("a filter that is stepped shows what it shows of a whole run") {
     CHECK(none.pass(wrench.row(k), t[k]) == wrench.row(k).transpose());
   }
 }
+
+}  // namespace wrench_sensor_test

@@ -10,6 +10,8 @@
 
 #include "support/trials.hpp"
 
+namespace clearance_test {
+
 using namespace kr5;
 using namespace kr5::picking;
 using Catch::Matchers::Contains;
@@ -120,3 +122,5 @@ TEST_CASE("walls end at the rim and have corners") {
   bin.size = {200, 200, 80};
   CHECK_THROWS_WITH(gripper_clearance({{0, 0, 0}, {0, 0, 1}}, rod, bin), Contains("millimetres"));
 }
+
+}  // namespace clearance_test

@@ -3,6 +3,8 @@
 #include <kr5/core/error.hpp>
 #include <kr5/picking/cycle.hpp>
 
+namespace cycle_test {
+
 using namespace kr5;
 using namespace kr5::picking;
 using Catch::Matchers::Contains;
@@ -67,3 +69,5 @@ TEST_CASE("counts of a cycle that contradict each other are refused") {
   CHECK_THROWS_WITH(decide_cycle({.segmented = 3, .empty = true}), Contains("empty contradicts segmented"));
   CHECK_THROWS_WITH(decide_cycle({}, {.shake_below = 30}), Contains("shake_below must lie between 0 and 1"));
 }
+
+}  // namespace cycle_test

@@ -12,6 +12,8 @@
 #include "support/coverage.hpp"
 #include "support/trials.hpp"
 
+namespace cylinder_fit_test {
+
 using namespace kr5;
 using namespace kr5::picking;
 using Catch::Matchers::Contains;
@@ -131,3 +133,5 @@ TEST_CASE("what determines no cylinder is refused in words") {
   CHECK_THROWS_WITH(fit_cylinder(plane), Contains("not finite"));
   CHECK_THROWS_WITH(fit_cylinder(short_arc.points, {.radius = -1}), Contains("radius"));
 }
+
+}  // namespace cylinder_fit_test

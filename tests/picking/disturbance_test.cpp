@@ -12,6 +12,8 @@
 #include "support/rates.hpp"
 #include "support/trials.hpp"
 
+namespace disturbance_test {
+
 using namespace kr5;
 using namespace kr5::picking;
 using Catch::Matchers::Contains;
@@ -212,3 +214,5 @@ TEST_CASE("images of different size, and options out of range, are refused") {
   CHECK_THROWS_WITH(find_changes(good.view(), good.view(), noise, {.false_alarms = 0}), Contains("false_alarms"));
   CHECK_THROWS_WITH(find_changes(good.view(), good.view(), noise, {.max_moved_tiles = 2}), Contains("max_moved_tiles"));
 }
+
+}  // namespace disturbance_test

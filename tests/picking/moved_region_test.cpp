@@ -9,6 +9,8 @@
 #include <kr5/core/random.hpp>
 #include <kr5/picking/moved_region.hpp>
 
+namespace moved_region_test {
+
 using namespace kr5;
 using namespace kr5::picking;
 using Catch::Matchers::Contains;
@@ -109,3 +111,5 @@ TEST_CASE("a mask of another size, a pose that is none and a margin in millimetr
   CHECK_THROWS_WITH(remove_changed(cloud, good, a_camera(), T_camera_base(), 2.0), Contains("margin"));
   CHECK_THROWS_WITH(disturbed_pellets({}, turned, a_camera(), T_camera_base()), Contains("changed: the mask"));
 }
+
+}  // namespace moved_region_test

@@ -8,6 +8,8 @@
 #include <kr5/core/random.hpp>
 #include <kr5/picking/cylinder_fit.hpp>
 
+namespace pcl_peers_test {
+
 using namespace kr5;
 using namespace kr5::picking;
 using Catch::Matchers::Contains;
@@ -80,3 +82,5 @@ TEST_CASE("what PCL cannot fit is refused or not found") {
   CHECK_THROWS_WITH(pcl_cylinder(points), Contains("not finite"));
   CHECK_THROWS_WITH(pcl_cylinder(Matrix3Xd::Zero(3, 9), {.min_radius = 0.02}), Contains("max_radius"));
 }
+
+}  // namespace pcl_peers_test

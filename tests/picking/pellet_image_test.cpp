@@ -12,6 +12,8 @@
 #include "support/rates.hpp"
 #include "support/trials.hpp"
 
+namespace pellet_image_test {
+
 using namespace kr5;
 using namespace kr5::picking;
 using Catch::Matchers::Contains;
@@ -241,3 +243,5 @@ TEST_CASE("a refinement refuses images, cylinders and options that are none") {
   CHECK_THROWS_WITH(refine_pellet(image.view(), scene.camera, scaled, truth),
                     Contains("T_camera_base is no rigid motion"));
 }
+
+}  // namespace pellet_image_test

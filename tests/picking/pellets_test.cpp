@@ -12,6 +12,8 @@
 #include "support/rates.hpp"
 #include "support/trials.hpp"
 
+namespace pellets_test {
+
 using namespace kr5;
 using namespace kr5::picking;
 using Catch::Matchers::Contains;
@@ -294,3 +296,5 @@ TEST_CASE("no cloud at all is no reason to fail a plan") {
   REQUIRE_FALSE(found.pellets.empty());
   for (const Grasp& g : plan_picks(found.pellets, Cloud{}, pile.bin)) CHECK_FALSE(g.graspable());
 }
+
+}  // namespace pellets_test

@@ -9,6 +9,8 @@
 #include <kr5/core/random.hpp>
 #include <kr5/picking/placing.hpp>
 
+namespace placing_test {
+
 using namespace kr5;
 using namespace kr5::picking;
 using Catch::Matchers::Contains;
@@ -265,3 +267,5 @@ TEST_CASE("placing refuses what is no pose, no covariance, or in millimetres") {
   pellet.centre.x() = std::nan("");
   CHECK_THROWS_WITH(hold(pellet, Pose::Identity()), Contains("pose of the pellet"));
 }
+
+}  // namespace placing_test

@@ -2,6 +2,8 @@
 
 #include "predict/world.hpp"
 
+namespace cell_effects_test {
+
 using namespace kr5;
 using namespace kr5::test;
 using cell::Kind;
@@ -253,3 +255,5 @@ TEST_CASE("the tube is where, and as wide, as its effects say") {
   CHECK(rise.maxCoeff() < 0.01 * 0.0135);
   CHECK(rise.maxCoeff() - rise.minCoeff() > 0.01 * 0.004);
 }
+
+}  // namespace cell_effects_test

@@ -4,6 +4,8 @@
 
 #include "predict/world.hpp"
 
+namespace drive_effects_test {
+
 using namespace kr5;
 using namespace kr5::test;
 using cell::Kind;
@@ -227,3 +229,5 @@ TEST_CASE("a slower axis lags by 2 xi / wn, a later one by its delay") {
         Approx(2 * xi * (1 / 30.0 - 1 / 45.0)).epsilon(0.02));
   CHECK(lag(w.with("joint_delay", "drives", {{"delay", 0.03}})) == Approx(0.018).epsilon(0.01));
 }
+
+}  // namespace drive_effects_test

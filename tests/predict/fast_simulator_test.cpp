@@ -13,6 +13,8 @@
 #include "predict/world.hpp"
 #include "support/usual_effect.hpp"
 
+namespace fast_simulator_test {
+
 using namespace kr5;
 using namespace kr5::test;
 using Catch::Matchers::Contains;
@@ -330,3 +332,5 @@ TEST_CASE("a prediction refuses an invalid cell and names the field") {
   wrong.robot.links[2].mass = std::numeric_limits<double>::quiet_NaN();
   CHECK_THROWS_WITH(predict::FastSimulator().predict(wrong, e), Catch::Contains("robot.links[2].mass"));
 }
+
+}  // namespace fast_simulator_test

@@ -11,6 +11,8 @@
 #include "support/arm_cells.hpp"
 #include "support/usual_effect.hpp"
 
+namespace fold_effects_test {
+
 using namespace kr5;
 using namespace kr5::test;
 using cell::Effect;
@@ -197,3 +199,5 @@ TEST_CASE("a registered effect that changes the cell is applied, one that change
   cell::unregister_effect("heavy_world");
   cell::unregister_effect("bent_log");
 }
+
+}  // namespace fold_effects_test

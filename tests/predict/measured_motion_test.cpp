@@ -5,6 +5,8 @@
 
 #include "predict/world.hpp"
 
+namespace measured_motion_test {
+
 using namespace kr5;
 using namespace kr5::test;
 using cell::Kind;
@@ -114,3 +116,5 @@ TEST_CASE("rows after a lead-in are those of the whole simulation") {
   const io::Table from_rest = predict::FastSimulator().predict(w.cell, without);
   CHECK((from_rest.column("i2") - shown.column("i2")).cwiseAbs().maxCoeff() > 0.3);  // the wrong beginning shows
 }
+
+}  // namespace measured_motion_test

@@ -14,6 +14,8 @@
 #include "gap/protocol.hpp"
 #include "predict/lru_cache.hpp"
 
+namespace motion_cache_test {
+
 using namespace kr5;
 
 TEST_CASE("what a simulator has cached is what it would compute, for any order of cells and from many threads") {
@@ -96,3 +98,5 @@ TEST_CASE("a cache makes what it does not know, once, and forgets what was asked
   ask(9.0, 40);
   CHECK(made == 8);  // too large to be kept
 }
+
+}  // namespace motion_cache_test

@@ -6,6 +6,8 @@
 
 #include <kr5/core/error.hpp>
 
+namespace command_test {
+
 using namespace kr5;
 using namespace kr5::robot;
 
@@ -74,3 +76,5 @@ TEST_CASE("negative limits, and more joints than a robot may have, are refused")
   CHECK_THROWS_AS(joint_vector(Eigen::VectorXd::Zero(max_joints + 1)), InvalidArgument);
   CHECK(joint_vector(Eigen::VectorXd::Ones(max_joints)).size() == max_joints);
 }
+
+}  // namespace command_test

@@ -6,6 +6,8 @@
 
 #include <kr5/core/error.hpp>
 
+namespace loopback_test {
+
 using namespace kr5;
 using namespace kr5::robot;
 
@@ -124,3 +126,5 @@ TEST_CASE("options that are none are refused by name") {
   CHECK_THROWS_WITH(LoopbackRobot({.limits = {.joint = -1.0}}), Catch::Contains("joint"));
   CHECK_THROWS_WITH(LoopbackRobot({.force_noise = -1.0}), Catch::Contains("force_noise"));
 }
+
+}  // namespace loopback_test

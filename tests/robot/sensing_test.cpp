@@ -6,6 +6,8 @@
 
 #include <kr5/core/error.hpp>
 
+namespace sensing_test {
+
 using namespace kr5;
 using namespace kr5::robot;
 using Eigen::Vector3d;
@@ -78,3 +80,5 @@ TEST_CASE("joints of another arm give a pose that is no number; a model that is 
   bad.T_flange_tool.linear() *= 1.1;
   CHECK_THROWS_WITH(bad.validate(), Catch::Contains("T_flange_tool"));
 }
+
+}  // namespace sensing_test

@@ -6,6 +6,8 @@
 #include <Eigen/Core>
 #include <catch2/catch.hpp>
 
+namespace servo_feedforward_test {
+
 using namespace kr5;
 using robot::ServoFeedforward;
 
@@ -24,3 +26,5 @@ TEST_CASE("a servo that follows at once needs no lead") {
   const ServoFeedforward lead(0.0, 0.7);
   CHECK(lead(5.0, 100.0) == 0.0);
 }
+
+}  // namespace servo_feedforward_test

@@ -10,6 +10,8 @@
 #include <kr5/kinematics/newton_euler.hpp>
 #include <kr5/sim/arm.hpp>
 
+namespace arm_test {
+
 using namespace kr5;
 using sim::Actuation;
 using sim::Arm;
@@ -253,3 +255,5 @@ TEST_CASE("a motion that has run away is refused before it is simulated") {
   CHECK_THROWS_AS(arm.solve(Eigen::VectorXd::Constant(6, std::nan(""))), InvalidArgument);
   CHECK_THROWS_AS(arm.inverse_dynamics(Eigen::VectorXd::Constant(6, 1e300)), InvalidArgument);
 }
+
+}  // namespace arm_test

@@ -6,6 +6,8 @@
 #include <kr5/sim/bin_image.hpp>
 #include <kr5/sim/bin_rays.hpp>
 
+namespace bin_image_test {
+
 using namespace kr5;
 using Catch::Contains;
 using Eigen::Vector3d;
@@ -91,3 +93,5 @@ TEST_CASE("a picture that cannot be rendered is refused by the name of its field
   CHECK_THROWS_WITH(sim::render_bin({}, Pinhole{}, Pose::Identity()), Contains("width"));
   CHECK_THROWS_WITH(sim::camera_above({}, -1.0), Contains("height"));
 }
+
+}  // namespace bin_image_test

@@ -8,6 +8,8 @@
 #include <kr5/sim/bin_rays.hpp>
 #include <kr5/sim/bin_scan.hpp>
 
+namespace bin_scan_test {
+
 using namespace kr5;
 using Catch::Contains;
 using Eigen::Index;
@@ -235,3 +237,5 @@ TEST_CASE("a scan that cannot be made is refused by the name of its field") {
   CHECK_THROWS_WITH(sim::scan_path({}, options), Contains("far"));
   CHECK_THROWS_WITH(sim::exposed_shares({}, 1.0), Contains("spacing"));
 }
+
+}  // namespace bin_scan_test

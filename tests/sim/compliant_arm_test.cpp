@@ -7,6 +7,8 @@
 
 #include <kr5/cell/cell.hpp>
 
+namespace compliant_arm_test {
+
 using namespace kr5;
 using namespace kr5::sim;
 using Eigen::VectorXd;
@@ -61,3 +63,5 @@ TEST_CASE("within limits a tenth above what its pose needs the arm holds itself 
   CHECK(limited);
   CHECK(moved(cell, VectorXd(), 200.0, 1.0, &limited)[0] < 1e-3);  // without limits it does not
 }
+
+}  // namespace compliant_arm_test

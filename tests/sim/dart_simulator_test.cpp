@@ -12,6 +12,8 @@
 #include "support/reference.hpp"
 #include "support/usual_effect.hpp"
 
+namespace dart_simulator_test {
+
 using namespace kr5;
 using cell::Kind;
 
@@ -352,3 +354,5 @@ TEST_CASE("an arm of other joints is simulated as well, without drives its torqu
   CHECK(difference(cell, move, 2.5e-4) < 0.1);  // the noise of a torque is tiny beside the torques of a large arm
   CHECK(sim::DartSimulator().predict(cell, move).find("tau4") >= 0);
 }
+
+}  // namespace dart_simulator_test

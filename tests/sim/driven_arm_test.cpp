@@ -7,6 +7,8 @@
 #include <kr5/core/error.hpp>
 #include <kr5/sim/driven_arm.hpp>
 
+namespace driven_arm_test {
+
 using namespace kr5;
 using sim::DrivenArm;
 
@@ -215,3 +217,5 @@ TEST_CASE("sizes, signs and parts that are not there are refused by name") {
   cell.effects.set("stribeck_friction", "joint7", "stribeck", 1.0);
   CHECK_THROWS_WITH(DrivenArm(cell), Catch::Contains("joint7"));
 }
+
+}  // namespace driven_arm_test

@@ -12,6 +12,8 @@
 #include <support/rates.hpp>
 #include <support/trials.hpp>
 
+namespace insertion_test {
+
 using namespace kr5;
 using namespace kr5::sim;
 
@@ -349,3 +351,5 @@ TEST_CASE("a servo and a friction that differ from what the insertion is told ar
   setup.servo_error = -0.1;
   CHECK_THROWS_WITH(run(), Catch::StartsWith("servo_error"));
 }
+
+}  // namespace insertion_test

@@ -11,6 +11,8 @@
 
 #include "support/arm_cells.hpp"
 
+namespace joint_count_test {
+
 using namespace kr5;
 using cell::Kind;
 using Eigen::Index;
@@ -165,3 +167,5 @@ TEST_CASE("arms of 4, 7 and 12 joints: motors under the currents of a motion mak
     CHECK((limited.read().position - arm_with_servos.read().position).norm() < 0.02 * way.norm());
   }
 }
+
+}  // namespace joint_count_test

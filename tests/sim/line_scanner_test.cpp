@@ -14,6 +14,8 @@
 #include <kr5/predict/fast_simulator.hpp>
 #include <kr5/sim/line_scanner.hpp>
 
+namespace line_scanner_test {
+
 using namespace kr5;
 using Eigen::Index;
 using Eigen::Vector3d;
@@ -211,3 +213,5 @@ TEST_CASE("what is out of range has no reading, and bad options are named") {
   none.laser.reset();
   CHECK_THROWS_WITH(sim::LineScanner(none, {}, quiet()), Catch::Contains("laser"));
 }
+
+}  // namespace line_scanner_test

@@ -9,6 +9,8 @@
 #include <kr5/force/peg_on_tube.hpp>
 #include <kr5/sim/mesh_contact.hpp>
 
+namespace mesh_contact_test {
+
 using namespace kr5;
 using sim::MeshContact;
 
@@ -101,3 +103,5 @@ TEST_CASE("what a mesh cannot stand for is refused by name") {
   wrong.inner_radius = 0.02;
   CHECK_THROWS_AS(MeshContact(wrong), InvalidArgument);
 }
+
+}  // namespace mesh_contact_test

@@ -8,6 +8,8 @@
 #include <kr5/geometry/pose.hpp>
 #include <kr5/sim/pellet_bin.hpp>
 
+namespace pellet_bin_test {
+
 using namespace kr5;
 using Catch::Contains;
 using Eigen::Vector3d;
@@ -222,3 +224,5 @@ TEST_CASE("a bin that cannot be filled as asked is refused by name") {
   bad.pellets[4].radius = std::nan("");
   CHECK_THROWS_WITH(sim::settle(bad), Contains("pellets[4].radius"));
 }
+
+}  // namespace pellet_bin_test

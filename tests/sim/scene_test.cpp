@@ -7,6 +7,8 @@
 #include <kr5/io/node.hpp>
 #include <kr5/sim/scene.hpp>
 
+namespace scene_test {
+
 using namespace kr5;
 
 namespace {
@@ -257,3 +259,5 @@ TEST_CASE("a picture whose board lies behind the camera, or shows its back, says
   cell::save_cell(cell, file);
   CHECK_THAT(complaint(scene), Catch::Contains("'board' lies behind the camera"));
 }
+
+}  // namespace scene_test

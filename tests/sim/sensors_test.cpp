@@ -8,6 +8,8 @@
 #include <kr5/core/error.hpp>
 #include <kr5/sim/sensors.hpp>
 
+namespace sensors_test {
+
 using namespace kr5;
 using sim::WristSensor;
 
@@ -107,3 +109,5 @@ TEST_CASE("sensor options that make no sense are refused by name") {
   CHECK_THROWS_WITH(WristSensor(arc(), options), Catch::StartsWith("calibration: has no inverse"));
   CHECK_THROWS_AS(sim::Encoders(physics::EffectiveDrives(arc()), -1.0, 0.0), InvalidArgument);
 }
+
+}  // namespace sensors_test

@@ -5,6 +5,8 @@
 #include <kr5/kinematics/deviated_arm.hpp>
 #include <kr5/uncertainty/sobol.hpp>
 
+namespace arm_sensitivity_test {
+
 using namespace kr5;
 using namespace kr5::uncertainty;
 using kinematics::DeviatedArm;
@@ -126,3 +128,5 @@ TEST_CASE("one parameter at a time: b1 moves the KR5 along Z alone") {
   CHECK(r.minus(theta1, Y) == Approx(-r.plus(theta1, Y)).epsilon(1e-3));
   CHECK(std::abs(r.plus(theta1, Y)) == Approx(0.8141 * std::sin(deg)).epsilon(1e-3));
 }
+
+}  // namespace arm_sensitivity_test

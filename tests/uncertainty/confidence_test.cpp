@@ -7,6 +7,8 @@
 #include <kr5/core/random.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 
+namespace confidence_test {
+
 using namespace kr5;
 using namespace kr5::uncertainty;
 
@@ -81,3 +83,5 @@ TEST_CASE("arguments that are no finite numbers are refused in words, and infini
   CHECK_THROWS_AS(chi_square_cdf(none, 3), InvalidArgument);
   CHECK_THROWS_AS(fisher_cdf(none, 3, 4), InvalidArgument);
 }
+
+}  // namespace confidence_test

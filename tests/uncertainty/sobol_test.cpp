@@ -8,6 +8,8 @@
 #include "support/coverage.hpp"
 #include "support/trials.hpp"
 
+namespace sobol_test {
+
 using namespace kr5;
 using namespace kr5::uncertainty;
 using Catch::Matchers::Contains;
@@ -239,3 +241,5 @@ TEST_CASE("a model or inputs that cannot be sampled are refused") {
   CHECK_THROWS_WITH(sobol_estimate(Rows::Zero(50, 1), inputs), Contains("50 rows of outputs are not 4 for each row"));
   CHECK_THROWS_WITH(sobol_indices(ishigami, {{.name = "b", .sigma = -1}}), Contains("input b: sigma must be positive"));
 }
+
+}  // namespace sobol_test

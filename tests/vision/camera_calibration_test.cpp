@@ -15,6 +15,8 @@
 #include "support/camera_scene.hpp"
 #include "support/reference.hpp"
 
+namespace camera_calibration_test {
+
 using namespace kr5;
 using namespace kr5::vision;
 using namespace kr5::test;
@@ -323,3 +325,5 @@ TEST_CASE("ViSP's five small images of circles are calibrated as well as by ViSP
     CHECK(std::abs(plain.camera.fx - peer.camera.fx) < 4 * std::sqrt(plain.covariance(0, 0)));
   }
 }
+
+}  // namespace camera_calibration_test

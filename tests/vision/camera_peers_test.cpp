@@ -6,6 +6,8 @@
 
 #include "support/camera_scene.hpp"
 
+namespace camera_peers_test {
+
 using namespace kr5;
 using namespace kr5::vision;
 using namespace kr5::test;
@@ -41,3 +43,5 @@ TEST_CASE("lens models that a peer does not have are refused") {
   CHECK_THROWS_AS(calibrate_camera_visp(views, c.width, c.height, LensModel::Brown5), InvalidArgument);
   CHECK_THROWS_AS(calibrate_camera_visp({}, c.width, c.height), InvalidArgument);
 }
+
+}  // namespace camera_peers_test

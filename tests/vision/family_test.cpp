@@ -4,6 +4,8 @@
 #include <kr5/geometry/marker_family.hpp>
 #include <kr5/vision/family.hpp>
 
+namespace family_test {
+
 using namespace kr5;
 using namespace kr5::vision;
 
@@ -22,3 +24,5 @@ TEST_CASE("every family has markers with a closed black border") {
   }
   CHECK_THROWS_WITH(marker_count("36h12"), Catch::Contains("36h11"));
 }
+
+}  // namespace family_test

@@ -16,6 +16,8 @@
 #include "support/servo_world.hpp"
 #include "support/trials.hpp"
 
+namespace find_hole_test {
+
 using namespace kr5;
 using namespace kr5::vision;
 using namespace kr5::test;
@@ -204,3 +206,5 @@ TEST_CASE("a hole search without sense is refused by name") {
   CHECK_THROWS_AS(find_hole(Image(), camera, T, {.radius = bore}), InvalidArgument);
   CHECK_THROWS_WITH(find_hole(Image(64, 64), camera, T, {.radius = bore}), Catch::Contains("size"));
 }
+
+}  // namespace find_hole_test

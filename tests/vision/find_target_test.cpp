@@ -10,6 +10,8 @@
 #include <kr5/vision/find_target.hpp>
 #include <kr5/vision/render.hpp>
 
+namespace find_target_test {
+
 using namespace kr5;
 using namespace kr5::vision;
 namespace fs = std::filesystem;
@@ -324,3 +326,5 @@ TEST_CASE("targets are found in every real image that shows them") {
   const auto stereo = images(reference("camera_opencv_stereo"));
   CHECK(found_in(stereo, "chessboard:6x9:0.025", 54) == static_cast<int>(stereo.size()));
 }
+
+}  // namespace find_target_test

@@ -4,6 +4,8 @@
 #include <kr5/core/random.hpp>
 #include <kr5/vision/hand_eye_closed_form.hpp>
 
+namespace hand_eye_closed_form_test {
+
 using namespace kr5;
 using namespace kr5::vision;
 
@@ -43,3 +45,5 @@ TEST_CASE("too few or unreadable samples are refused") {
   data[1].T_camera_target(0, 3) = std::nan("");
   CHECK_THROWS_AS(closed_form_hand_eye(data, HandEyeMethod::Visp), InvalidArgument);
 }
+
+}  // namespace hand_eye_closed_form_test

@@ -9,6 +9,8 @@
 #include <support/coverage.hpp>
 #include <support/trials.hpp>
 
+namespace marker_map_test {
+
 using namespace kr5;
 using namespace kr5::vision;
 
@@ -133,3 +135,5 @@ TEST_CASE("no marker, one marker, two families, a wrong reference and a size of 
   images[1].tags[0].family = "25h9";
   CHECK_THROWS_WITH(estimate_marker_map(images, lens, {.size = 0.05}), Catch::Contains("25h9"));
 }
+
+}  // namespace marker_map_test

@@ -9,6 +9,8 @@
 #include <kr5/vision/family.hpp>
 #include <kr5/vision/render.hpp>
 
+namespace render_test {
+
 using namespace kr5;
 using namespace kr5::vision;
 using Eigen::Vector2d;
@@ -352,3 +354,5 @@ TEST_CASE("a solid without a size is refused") {
   const PlacedSolid ball = placed(SolidKind::Ball, 0.0, 0, 0, square_on(0, 0, 1));
   CHECK_THROWS_WITH(render({}, std::span(&ball, 1), plain_camera()), Catch::Contains("radius"));
 }
+
+}  // namespace render_test

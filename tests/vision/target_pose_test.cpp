@@ -9,6 +9,8 @@
 #include <support/coverage.hpp>
 #include <support/trials.hpp>
 
+namespace target_pose_test {
+
 using namespace kr5;
 using namespace kr5::vision;
 
@@ -122,3 +124,5 @@ TEST_CASE("views that hold no pose get a status, broken ones an exception") {
   CHECK_THROWS_AS(estimate_target_pose(view, camera()), InvalidArgument);
   CHECK_THROWS_AS(estimate_target_pose(view, camera(), {.ambiguous_from = 0.9}), InvalidArgument);
 }
+
+}  // namespace target_pose_test

@@ -12,6 +12,8 @@
 #include "support/servo_world.hpp"
 #include "support/trials.hpp"
 
+namespace visual_servo_test {
+
 using namespace kr5;
 using namespace kr5::vision;
 using namespace kr5::test;
@@ -386,3 +388,5 @@ TEST_CASE("observations, times and options that make no sense are refused by nam
                     Catch::Contains("goal"));
   CHECK(servo.step(exact(goal), 2.0).state == ServoState::Moving);  // what was refused has changed nothing
 }
+
+}  // namespace visual_servo_test

@@ -52,7 +52,7 @@ struct IndexEntry {
 };
 
 /// recording.yaml itself.
-struct Index {
+struct RecordingFile {
   std::string format;
   std::string cell;
   std::vector<IndexEntry> experiments;
@@ -74,7 +74,8 @@ bool stays_inside(const std::string& file) {
   return !file.empty() && path.is_relative() && std::find(path.begin(), path.end(), "..") == path.end();
 }
 
-void check_index(const Index& index, const Node& root, const std::string& file, std::vector<Diagnostic>& diagnostics) {
+void check_index(const RecordingFile& index, const Node& root, const std::string& file,
+                 std::vector<Diagnostic>& diagnostics) {
   DiagnosticCollector c(file, root);
   c.expect(index.format == recording_format, "format", recording_format);
   c.expect(!index.experiments.empty(), "experiments", "at least one experiment");
@@ -236,7 +237,7 @@ ReadRecording read_recording(const std::filesystem::path& folder, std::vector<Di
   const auto file = folder / "recording.yaml";
   const auto root = read_document(file, diagnostics);
   if (!root) return out;
-  Index index;
+  RecordingFile index;
   io::Reader reader(file.string());
   reader.read(*root, "", index);
   diagnostics.insert(diagnostics.end(), reader.diagnostics().begin(), reader.diagnostics().end());
@@ -282,7 +283,7 @@ void save_recording(const Recording& recording, const std::filesystem::path& fol
     std::filesystem::create_directories((folder / file).parent_path(), error);
     if (error) throw IoError((folder / file).string() + ": cannot be written: " + error.message());
   }
-  Index index{recording_format, recording.cell_file, {}};
+  RecordingFile index{recording_format, recording.cell_file, {}};
   save_cell(recording.cell, folder / recording.cell_file);
   for (const Experiment& e : recording.experiments) {
     IndexEntry& entry = index.experiments.emplace_back(IndexEntry{e.name, e.kind, e.file, e.split, {}, {}});

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -171,6 +173,84 @@ double covered_arc(const Matrix3Xd& points, const std::vector<Index>& used, cons
   return 2 * std::numbers::pi - gap;
 }
 
+/// A side of a cylinder, the points that agree with it, and their noise.
+struct SettledSide {
+  Side side;
+  std::vector<Index> used;
+  double noise = 0.0;  ///< Of the points that agree, as estimated [m].
+  int iterations = 0;
+  std::string problem;  ///< Why there is none; empty: there is one.
+};
+
+std::vector<Index> points_within(const std::vector<double>& residuals, double limit) {
+  std::vector<Index> out;
+  for (std::size_t i = 0; i < residuals.size(); ++i)
+    if (std::abs(residuals[i]) <= limit + 1e-12) out.push_back(static_cast<Index>(i));
+  return out;
+}
+
+double estimated_noise(const std::vector<double>& residuals, const std::vector<Index>& used, double parameters) {
+  double sum = 0;
+  for (const Index i : used) sum += std::pow(residuals[static_cast<std::size_t>(i)], 2);
+  return std::sqrt(sum / std::max(1.0, static_cast<double>(used.size()) - parameters));
+}
+
+/// Fit, noise and points that agree in turn, until none of them changes.
+SettledSide settle(const Matrix3Xd& points, const CylinderFitOptions& options, const Side& start) {
+  SettledSide out{.side = start, .used = std::vector<Index>(static_cast<std::size_t>(points.cols())), .problem = {}};
+  std::iota(out.used.begin(), out.used.end(), Index(0));
+  double noise = options.noise;
+  for (int round = 0; round < options.max_rounds; ++round) {
+    const auto fit = levenberg_marquardt<5>(out.side, SideProblem{points, out.used, options, noise});
+    out.side = fit.x;
+    if (!fit.usable() || !out.side.point.allFinite()) {
+      out.problem = "the fit did not converge; are these points of a cylinder?";
+      return out;
+    }
+    out.iterations += fit.iterations;
+    const std::vector<double> residuals = residuals_of(points, out.side, noise);
+    const double sigma = options.noise > 0 ? options.noise : robust_sigma(residuals);
+    std::vector<Index> next = points_within(residuals, options.outlier_limit * sigma);
+    if (next.size() < 8) {
+      out.problem = "fewer than 8 points agree with one cylinder";
+      return out;
+    }
+    out.noise = estimated_noise(residuals, next, options.radius > 0 ? 4.0 : 5.0);
+    const bool settled = next == out.used && (options.noise > 0 || std::abs(out.noise - noise) < 0.01 * out.noise);
+    out.used = std::move(next);
+    if (options.noise == 0) noise = out.noise;
+    if (settled) break;
+  }
+  return out;
+}
+
+/// Covariance of the parameters; nothing where the points do not determine them.
+std::optional<Eigen::Matrix<double, 5, 5>> covariance_of(const Matrix3Xd& points, const CylinderFitOptions& options,
+                                                         const SettledSide& found, double sigma) {
+  NormalEquations<5> end = SideProblem{points, found.used, options, sigma}.equations(found.side);
+  const bool held = options.radius > 0 && options.sigma_radius == 0;
+  if (held) end.information(4, 4) = 1;
+  auto covariance = end.covariance(std::max(sigma * sigma, 1e-24));
+  if (covariance && held) {
+    covariance->row(4).setZero();
+    covariance->col(4).setZero();
+  }
+  return covariance;
+}
+
+/// What the points show of the side: how long it is, and how far about the axis.
+void write_extent(const Matrix3Xd& points, const SettledSide& found, CylinderFit& out) {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const Index i : found.used) {
+    const double t = out.axis.dot(points.col(i) - found.side.point);
+    low = std::min(low, t), high = std::max(high, t);
+  }
+  out.length = high - low;
+  out.arc = covered_arc(points, found.used, found.side);
+  out.points = static_cast<int>(found.used.size());
+  out.outliers = static_cast<int>(points.cols()) - out.points;
+}
+
 CylinderFit refused(CylinderFit out, std::string message) {
   out.fit.status = FitStatus::Degenerate;
   out.fit.message = std::move(message);
@@ -186,65 +266,26 @@ CylinderFit fit_cylinder(const Matrix3Xd& points, const CylinderFitOptions& opti
   require(!axis || (axis->allFinite() && axis->norm() > 0), "axis must be a direction");
   CylinderFit out;
   if (points.cols() < 8) return refused(out, "too few points: 8 are needed, found " + std::to_string(points.cols()));
-  Side side = best_start(points, axis, options.radius);
-  if (!(side.radius > 0) || !side.point.allFinite()) return refused(out, "the points lie in a plane or on a line");
-
-  std::vector<Index> used(static_cast<std::size_t>(points.cols()));
-  for (std::size_t i = 0; i < used.size(); ++i) used[i] = static_cast<Index>(i);
-  double noise = options.noise;
-  LevenbergMarquardtResult<5, Side> fit;
-  for (int round = 0; round < options.max_rounds; ++round) {
-    fit = levenberg_marquardt<5>(side, SideProblem{points, used, options, noise});
-    side = fit.x;
-    if (!fit.usable() || !side.point.allFinite())
-      return refused(out, "the fit did not converge; are these points of a cylinder?");
-    out.fit.iterations += fit.iterations;
-    const std::vector<double> residuals = residuals_of(points, side, noise);
-    const double sigma = options.noise > 0 ? options.noise : robust_sigma(residuals);
-    std::vector<Index> next;
-    for (std::size_t i = 0; i < residuals.size(); ++i)
-      if (std::abs(residuals[i]) <= options.outlier_limit * sigma + 1e-12) next.push_back(static_cast<Index>(i));
-    if (next.size() < 8) return refused(out, "fewer than 8 points agree with one cylinder");
-    double rms = 0;
-    for (const Index i : next) rms += std::pow(residuals[static_cast<std::size_t>(i)], 2);
-    const double estimated =
-        std::sqrt(rms / std::max<double>(1.0, static_cast<double>(next.size()) - (options.radius > 0 ? 4.0 : 5.0)));
-    const bool settled = next == used && (options.noise > 0 || std::abs(estimated - noise) < 0.01 * estimated);
-    used = std::move(next);
-    out.noise = estimated;
-    if (options.noise == 0) noise = estimated;
-    if (settled) break;
-  }
+  const Side start = best_start(points, axis, options.radius);
+  if (!(start.radius > 0) || !start.point.allFinite()) return refused(out, "the points lie in a plane or on a line");
+  const SettledSide found = settle(points, options, start);
+  out.fit.iterations = found.iterations;
+  if (!found.problem.empty()) return refused(out, found.problem);
+  out.noise = found.noise;
   const double sigma = options.noise > 0 ? options.noise : out.noise;
-  const NormalEquations<5> end = SideProblem{points, used, options, sigma}.equations(side);
-  NormalEquations<5> scaled = end;
-  const bool held = options.radius > 0 && options.sigma_radius == 0;
-  if (held) scaled.information(4, 4) = 1;
-  const auto covariance = scaled.covariance(std::max(sigma * sigma, 1e-24));
+  const auto covariance = covariance_of(points, options, found, sigma);
   if (!covariance) return refused(out, "the points lie in a plane or cover too little of the surface");
-  out.point = side.point;
-  out.axis = side.frame.col(2);
-  out.across = side.frame.leftCols<2>();
-  out.radius = side.radius;
+  out.point = found.side.point;
+  out.axis = found.side.frame.col(2);
+  out.across = found.side.frame.leftCols<2>();
+  out.radius = found.side.radius;
   out.covariance = *covariance;
-  if (held) {
-    out.covariance.row(4).setZero();
-    out.covariance.col(4).setZero();
-  }
-  double low = std::numeric_limits<double>::infinity(), high = -low;
-  for (const Index i : used) {
-    const double t = out.axis.dot(points.col(i) - side.point);
-    low = std::min(low, t), high = std::max(high, t);
-  }
-  out.length = high - low;
-  out.arc = covered_arc(points, used, side);
-  out.points = static_cast<int>(used.size());
-  out.outliers = static_cast<int>(points.cols()) - out.points;
+  write_extent(points, found, out);
   out.fit.final_rms = out.noise / std::max(sigma, 1e-12);
   const double std_radius = std::sqrt(out.covariance(4, 4));
-  if (options.radius == 0 && std_radius > options.accepted_std * side.radius)
+  if (options.radius == 0 && std_radius > options.accepted_std * out.radius)
     return refused(out, "the arc is too short for the radius: its standard deviation is " +
-                            std::to_string(static_cast<int>(std::lround(100 * std_radius / side.radius))) +
+                            std::to_string(static_cast<int>(std::lround(100 * std_radius / out.radius))) +
                             " % of it; give the radius, or scan more of the side");
   if (out.outliers > out.points) return refused(out, "more points contradict the cylinder than agree with it");
   out.fit.status = FitStatus::Converged;

@@ -13,8 +13,9 @@ namespace kr5::vision {
 
 /// Scale of a residual before the first step: nothing is weighted down.
 constexpr double unknown_scale = 1e6;
-constexpr double huber_limit = 3.0;  ///< [scales]
-constexpr double min_sigma = 0.5;    ///< Of rounding to whole greys, and of what a model leaves [grey].
+constexpr double huber_limit = 3.0;          ///< [scales]
+constexpr double pixel_variance = 1.0 / 12;  ///< A pixel averages over its own square [px^2].
+constexpr double min_sigma = 0.5;            ///< Of rounding to whole greys, and of what a model leaves [grey].
 
 template <int N>
 struct GreyLevelFit {

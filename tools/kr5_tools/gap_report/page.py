@@ -228,6 +228,23 @@ def cause_rows(found: kr5.gap.Diagnosis, evidence: "Evidence | None") -> list[di
     return out
 
 
+def unexplained_rows(found: kr5.gap.Diagnosis) -> list[dict[str, Any]]:
+    """Columns that no cause explains."""
+    return [
+        {"words": capitalised(column_text(group_of(p))), "gap": p.gap, "depends": depends_text(p)}
+        for p in found.unexplained
+    ]
+
+
+def tie_texts(found: kr5.gap.Diagnosis) -> list[str]:
+    """Causes with the effects that the data do not tell from them."""
+    return [
+        f"{effect_text(c.effect, c.target)} and {join_list([effect_text(t.effect, t.target) for t in c.tied_with])}"
+        for c in found.causes
+        if c.tied_with
+    ]
+
+
 def make_page(
     diagnosis: DiagnosisFile,
     source: Path,
@@ -265,15 +282,8 @@ def make_page(
         steps=next_steps(diagnosis, command_of(inputs), inputs.get("model"), evidence.cell if evidence else None),
         places=place_rows(found),
         causes=cause_rows(found, evidence),
-        unexplained=[
-            {"words": capitalised(column_text(group_of(p))), "gap": p.gap, "depends": depends_text(p)}
-            for p in found.unexplained
-        ],
-        ties=[
-            f"{effect_text(c.effect, c.target)} and {join_list([effect_text(t.effect, t.target) for t in c.tied_with])}"
-            for c in found.causes
-            if c.tied_with
-        ],
+        unexplained=unexplained_rows(found),
+        ties=tie_texts(found),
         conditions=evidence.parts() if evidence else [],
         experiment=found.next_experiment.text,
         notes=notes(found, diagnosis.noise_declared),

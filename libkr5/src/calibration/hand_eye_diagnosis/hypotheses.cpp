@@ -51,6 +51,7 @@ constexpr double implausible = 27.6;
 
 Sightings given_sightings(const std::vector<Pose>& T_camera_target) {
   Sightings out;
+  out.noise_varies = true;
   const auto add = [&](const Pose& T) { out.views.push_back({{{.T_camera_target = T}}}); };
   for (std::size_t i = 0; i < T_camera_target.size(); ++i) out.index.push_back(static_cast<int>(i));
   for (const Pose& T : T_camera_target) add(T);

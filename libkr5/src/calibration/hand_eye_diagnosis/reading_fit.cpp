@@ -23,7 +23,11 @@ struct Pair {
   Matrix6 S, S_inverse;
   Eigen::Matrix<double, 6, Eigen::Dynamic> J;
   double excess = 0.0;
+  double spread = 1.0;  ///< Variance of this pair over the usual one, as its residual suggests.
 };
+
+/// Degrees of freedom of Student's t that are tried for poses whose noise varies, beside the normal distribution.
+constexpr double tails[] = {8.0, 3.0};
 
 Pose scaled(const Pose& T, double scale) {
   Pose out = T;
@@ -33,7 +37,9 @@ Pose scaled(const Pose& T, double scale) {
 
 class Fitter {
  public:
-  Fitter(const Reading& reading, const Sightings& sightings) : reading_(reading), sightings_(sightings) {
+  /// @param tail Degrees of freedom of the noise of a pair, multivariate t; 0: normal.
+  Fitter(const Reading& reading, const Sightings& sightings, double tail = 0.0)
+      : reading_(reading), sightings_(sightings), tail_(tail) {
     solution_.assign(reading.robot.size(), 0);
     pairs_.resize(reading.robot.size());
   }
@@ -46,6 +52,7 @@ class Fitter {
       if (!step()) return {};
       for (int s = 0; s < 2; ++s) update_noise();
       linearise();
+      update_spread();
       const double now = score();
       if (!std::isfinite(now)) return {};
       if (k > 6 && std::abs(last - now) < 1e-4) break;
@@ -172,21 +179,35 @@ class Fitter {
     const Pair& p = pairs_[static_cast<std::size_t>(i)];
     return p.r.dot(p.S_inverse * p.r) + p.excess;
   }
+  /// Squared residuals in units of the noise of each pair.
   double total_misfit() const {
     double sum = 0;
-    for (int i = 0; i < reading_.size(); ++i) sum += misfit(i);
+    for (const Pair& p : pairs_) sum += p.r.dot(p.S_inverse * p.r) / p.spread + p.excess;
     return sum;
   }
   double score() const {
-    double sum = total_misfit();
-    for (const Pair& p : pairs_) sum += std::log(p.S.determinant());
+    double sum = 0;
+    for (int i = 0; i < reading_.size(); ++i)
+      sum +=
+          (tail_ > 0 ? t_misfit(misfit(i)) : misfit(i)) + std::log(pairs_[static_cast<std::size_t>(i)].S.determinant());
     return sum;
+  }
+  /// What a squared distance costs under the multivariate t, in -2 log likelihood, without the constant of the normal.
+  double t_misfit(double squared) const {
+    return (tail_ + 6) * std::log1p(squared / tail_) + 6 * std::log(tail_ / 2) -
+           2 * (std::lgamma((tail_ + 6) / 2) - std::lgamma(tail_ / 2));
+  }
+  /// One round of expectation maximisation for the t distribution.
+  void update_spread() {
+    if (tail_ == 0) return;
+    for (int i = 0; i < reading_.size(); ++i)
+      pairs_[static_cast<std::size_t>(i)].spread = (tail_ + misfit(i)) / (tail_ + 6);
   }
 
   Eigen::MatrixXd information() const {
     const int n = 12 + reading_.extra();
     Eigen::MatrixXd H = Eigen::MatrixXd::Zero(n, n);
-    for (const Pair& p : pairs_) H.noalias() += p.J.transpose() * p.S_inverse * p.J;
+    for (const Pair& p : pairs_) H.noalias() += p.J.transpose() * p.S_inverse * p.J / p.spread;
     return H;
   }
 
@@ -194,7 +215,7 @@ class Fitter {
   bool step() {
     NormalEquations<Eigen::Dynamic> equations(12 + reading_.extra());
     equations.information = information();
-    for (const Pair& p : pairs_) equations.gradient += p.J.transpose() * (p.S_inverse * p.r);
+    for (const Pair& p : pairs_) equations.gradient += p.J.transpose() * (p.S_inverse * p.r) / p.spread;
     equations.cost = total_misfit();
     equations.count = 6 * reading_.size();
     // The covariances say what the unit is; they move after each step, so that a coarse end is enough.
@@ -229,7 +250,7 @@ class Fitter {
     for (int i = 0; i < reading_.size(); ++i) {
       const Pair& p = pairs_[static_cast<std::size_t>(i)];
       const Vector6 r = residual(i, at);
-      sum += r.dot(p.S_inverse * r) + p.excess;
+      sum += r.dot(p.S_inverse * r) / p.spread + p.excess;
     }
     return sum;
   }
@@ -242,7 +263,7 @@ class Fitter {
     for (int i = 0; i < reading_.size(); ++i) {
       const Pair& p = pairs_[static_cast<std::size_t>(i)];
       const Matrix6 W = inflation(i) * p.S_inverse;
-      const Vector6 u = p.S_inverse * p.r * std::sqrt(inflation(i));
+      const Vector6 u = p.S_inverse * p.r * std::sqrt(inflation(i) / p.spread);
       g -= Eigen::Vector2d(W.topLeftCorner<3, 3>().trace() - u.head<3>().squaredNorm(),
                            W.bottomRightCorner<3, 3>().trace() - u.tail<3>().squaredNorm());
       const double across = W.topRightCorner<3, 3>().squaredNorm();
@@ -272,6 +293,7 @@ class Fitter {
 
   const Reading& reading_;
   const Sightings& sightings_;
+  const double tail_;
   std::vector<int> solution_;
   std::vector<Pair> pairs_;
   ReadingFit fit_;
@@ -280,7 +302,14 @@ class Fitter {
 }  // namespace
 
 ReadingFit fit_reading(const Reading& reading, const Sightings& sightings) {
-  return reading.size() < 3 ? ReadingFit{} : Fitter(reading, sightings).run();
+  if (reading.size() < 3) return {};
+  ReadingFit best = Fitter(reading, sightings).run();
+  if (!sightings.noise_varies) return best;
+  for (const double tail : tails)
+    if (ReadingFit other = Fitter(reading, sightings, tail).run();
+        other.usable && !(best.usable && best.score < other.score))
+      best = std::move(other);
+  return best;
 }
 
 }  // namespace kr5::calibration::evidence

@@ -29,6 +29,8 @@ struct Sightings {
   double squared_sum = 0.0;  ///< Of the pixel residuals [px^2].
   double freedom = 0.0;      ///< Their degrees of freedom.
   double sigma_pixel = 0.0;  ///< [px]
+  /// Poses without a covariance, which are worse from one view than from another: those of single images of a plane.
+  bool noise_varies = false;
   /// -2 log likelihood of the pixels, the noise being estimated.
   double score() const;
 };

@@ -10,6 +10,7 @@
 
 #include "identification/log/residual_correlation.hpp"
 #include "identification/log/runs.hpp"
+#include "identification/log/standard_deviation.hpp"
 #include "identification/short_number.hpp"
 
 namespace kr5::identification {
@@ -128,8 +129,6 @@ SpringRows rows_above(const ElasticityReadings& readings, Index joint, double le
   out.link = readings.link.col(joint)(kept);
   return out;
 }
-
-double standard_deviation(const VectorXd& x) { return std::sqrt((x.array() - x.mean()).square().mean()); }
 
 void require_joint_side(const SpringRows& rows, int joint) {
   constexpr double max_lead = 0.1, max_share = 0.1;  // [rad or m], of the motion

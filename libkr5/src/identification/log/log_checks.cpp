@@ -13,6 +13,7 @@
 #include <kr5/identification/zero_phase.hpp>
 
 #include "identification/log/even_log.hpp"
+#include "identification/log/standard_deviation.hpp"
 #include "identification/short_number.hpp"
 
 namespace kr5::identification {
@@ -30,8 +31,6 @@ constexpr double speed_scale_tolerance = 0.05;
 constexpr double max_delay = 0.2;                   // that is searched [s]
 constexpr double coldest = -40.0, hottest = 200.0;  // that a drive may be [deg C]
 constexpr double zero_celsius = 273.15;             // [K]
-
-double standard_deviation(const VectorXd& x) { return std::sqrt((x.array() - x.mean()).square().mean()); }
 
 /// Channels of one kind with their names.
 struct ChannelGroup {

@@ -13,7 +13,6 @@ namespace kr5::vision {
 namespace {
 
 using Eigen::Vector2d;
-constexpr double pixel_variance = 1.0 / 12;                // a pixel averages over its own square
 constexpr double tolerance = 0.5;                          // [standard deviations] at which a fit ends
 constexpr double saddle_error = 0.003, dot_error = 0.006;  // [px] what the models leave, measured without noise
 

@@ -28,7 +28,7 @@ PixelGrid quarter_turned(const PixelGrid& g, int k) {
 }
 
 /// Mean grey of 3 x 3 pixels; nothing when they are not all in the image.
-std::optional<double> grey_at(ImageView image, const Vector2d& p) {
+std::optional<double> mean_grey_at(ImageView image, const Vector2d& p) {
   const int x = static_cast<int>(std::lround(p.x())), y = static_cast<int>(std::lround(p.y()));
   if (x < 1 || y < 1 || x + 1 >= image.width || y + 1 >= image.height) return std::nullopt;
   double sum = 0;
@@ -40,8 +40,8 @@ std::optional<double> grey_at(ImageView image, const Vector2d& p) {
 /// By how much both quarters of one diagonal outshine both of the other: positive when those along dx + dy do,
 /// negative when the others do, 0 when it is no corner where two black squares touch. Nothing beyond the image.
 std::optional<double> crossing(ImageView image, const Vector2d& at, const Vector2d& dx, const Vector2d& dy) {
-  const auto a = grey_at(image, at + 0.3 * (dx + dy)), b = grey_at(image, at - 0.3 * (dx + dy));
-  const auto c = grey_at(image, at + 0.3 * (dx - dy)), d = grey_at(image, at - 0.3 * (dx - dy));
+  const auto a = mean_grey_at(image, at + 0.3 * (dx + dy)), b = mean_grey_at(image, at - 0.3 * (dx + dy));
+  const auto c = mean_grey_at(image, at + 0.3 * (dx - dy)), d = mean_grey_at(image, at - 0.3 * (dx - dy));
   if (!a || !b || !c || !d) return std::nullopt;
   const double up = std::min(*a, *b) - std::max(*c, *d), down = std::min(*c, *d) - std::max(*a, *b);
   return up > 0 ? up : down > 0 ? -down : 0.0;

@@ -17,10 +17,9 @@ namespace {
 
 using namespace marker;
 
-constexpr double blur_range = 1.0;           // of the log of the blur, about the usual one
-constexpr double pixel_variance = 1.0 / 12;  // a pixel averages over its own square
-constexpr double rough = 1.0, fine = 0.5;    // [standard deviations] at which the first and the second fit end
-constexpr double model_error = 0.003;        // [px] what the approximations below leave, measured without noise
+constexpr double blur_range = 1.0;         // of the log of the blur, about the usual one
+constexpr double rough = 1.0, fine = 0.5;  // [standard deviations] at which the first and the second fit end
+constexpr double model_error = 0.003;      // [px] what the approximations below leave, measured without noise
 
 /// CellWeights of one row or column of cells in a blurred point: how much of each cell it sees, and the derivatives of
 /// that by the place and by the width of the blur.
