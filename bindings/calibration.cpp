@@ -1,20 +1,24 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <filesystem>
+#include <numbers>
 
 #include <kr5/calibration/camera_agreement.hpp>
 #include <kr5/calibration/cell_calibration.hpp>
 #include <kr5/calibration/circle_point.hpp>
 #include <kr5/calibration/dataset.hpp>
 #include <kr5/calibration/evaluate.hpp>
+#include <kr5/calibration/further_postures.hpp>
 #include <kr5/calibration/hand_eye.hpp>
 #include <kr5/calibration/hand_eye_diagnosis.hpp>
 #include <kr5/calibration/hand_eye_pairs.hpp>
 #include <kr5/calibration/kinematics.hpp>
+#include <kr5/calibration/moved_device.hpp>
 #include <kr5/calibration/pair_readings.hpp>
 #include <kr5/calibration/parallel_planes.hpp>
 #include <kr5/calibration/pose_columns.hpp>
 #include <kr5/calibration/pose_file.hpp>
 #include <kr5/calibration/pose_format.hpp>
+#include <kr5/calibration/posture_checks.hpp>
 #include <kr5/calibration/posture_choice.hpp>
 #include <kr5/calibration/profile_cloud.hpp>
 #include <kr5/calibration/profile_features.hpp>
@@ -23,6 +27,7 @@
 #include <kr5/calibration/scanner_points.hpp>
 #include <kr5/calibration/timed_hand_eye.hpp>
 #include <kr5/calibration/tool.hpp>
+#include <kr5/calibration/turn_agreement.hpp>
 
 #include "struct_binder.hpp"
 
@@ -172,6 +177,70 @@ static void bind_kinematics_calibration(py::module_& m) {
       "Raises\n------\nkr5.InvalidArgument\n    Fewer than six postures, one without a measurement, or NaN.");
 }
 
+static void bind_posture_checks(py::module_& m) {
+  kr5::python::bind_struct<PostureCheckOptions>(m, "PostureCheckOptions", "Options of check_postures.");
+  kr5::python::bind_struct<StillJoint>(m, "StillJoint", "Joint that stood still, or hardly moved.");
+  kr5::python::bind_enum<DeviceUnit>(m, "DeviceUnit", "Unit that a factor of all lengths is known for.");
+  kr5::python::bind_struct<ScaledPlaces>(m, "ScaledPlaces", "Places farther apart, or nearer, than the arm's.");
+  kr5::python::bind_struct<MirroredPlaces>(m, "MirroredPlaces", "Places of the other handedness.");
+  kr5::python::bind_struct<ShiftedRows>(m, "ShiftedRows", "Places that belong to the row before or after their own.");
+  kr5::python::bind_struct<ReorderedRows>(m, "ReorderedRows", "Places beside the joint values of another row.");
+  kr5::python::bind_struct<UnrelatedPlaces>(m, "UnrelatedPlaces", "Places that fit the joint values in no order.");
+  kr5::python::bind_struct<PostureFindings>(m, "PostureFindings", "What speaks against measured postures.");
+  kr5::python::bind_struct<MovedDevice>(m, "MovedDevice", "Row from which on all measured places are elsewhere.");
+  m.def(
+      "find_still_joints",
+      [](const kr5::kinematics::DhChain& nominal, const std::vector<ArmPosture>& postures,
+         const PostureCheckOptions& options) { return find_still_joints(nominal, postures, options); },
+      py::arg("nominal"), py::arg("postures"), py::arg("options") = PostureCheckOptions(),
+      "Joints that stood still or hardly moved over all postures (list of ArmPosture): list of StillJoint.");
+  m.def(
+      "check_postures",
+      [](const kr5::kinematics::DhChain& nominal, const std::vector<ArmPosture>& postures,
+         const PostureCheckOptions& options) { return check_postures(nominal, postures, options); },
+      py::arg("nominal"), py::arg("postures"), py::arg("options") = PostureCheckOptions(),
+      py::call_guard<py::gil_scoped_release>(),
+      "Faults of measured postures that leave their mark on all rows together, by the nominal arm.\n\n"
+      "Parameters\n----------\nnominal : kr5.kinematics.DhChain\npostures : list of ArmPosture\n"
+      "options : PostureCheckOptions\n\nReturns\n-------\nPostureFindings\n\n"
+      "Raises\n------\nkr5.InvalidArgument\n    Joint values that do not fit the arm, or NaN.");
+  m.def(
+      "find_moved_device",
+      [](const KinematicsResult& result, const std::vector<ArmPosture>& postures, double chance) {
+        return find_moved_device(result, postures, chance);
+      },
+      py::arg("result"), py::arg("postures"), py::arg("chance") = 60.0,
+      "The row from which on the residuals of a calibration are others; None where there is none. `chance`: greatest\n"
+      "chi-square, over all rows, that chance gives [-].");
+}
+
+static void bind_further_postures(py::module_& m) {
+  kr5::python::bind_struct<FurtherPostures>(m, "FurtherPostures", "Errors of an arm on postures beside its fit.");
+  m.attr("MIN_POSTURES_TO_PLACE") = min_postures_to_place;
+  m.def(
+      "need_placing",
+      [](const std::vector<ArmPosture>& fitted, const std::vector<ArmPosture>& further) {
+        return need_placing(fitted, further);
+      },
+      py::arg("fitted"), py::arg("further"),
+      "Whether a fit does not say where the device of further postures, or the point that it measures, is.");
+  m.def(
+      "evaluate_arm",
+      [](const KinematicsResult& result, const kr5::kinematics::DhChain& nominal, const std::vector<ArmPosture>& fitted,
+         const std::vector<ArmPosture>& further, const std::vector<SocketDistance>& distances,
+         const KinematicsOptions& options) {
+        return evaluate_arm(result, nominal, fitted, further, distances, options);
+      },
+      py::arg("result"), py::arg("nominal"), py::arg("fitted"), py::arg("further"),
+      py::arg("distances") = std::vector<SocketDistance>{}, py::arg("options") = KinematicsOptions(),
+      py::call_guard<py::gil_scoped_release>(),
+      "Errors of an identified and of the nominal arm on postures that took no part in the fit.\n\n"
+      "Parameters\n----------\nresult : KinematicsResult\nnominal : kr5.kinematics.DhChain\n"
+      "fitted, further : list of ArmPosture\ndistances : list of SocketDistance\n"
+      "options : KinematicsOptions\n    Those of the fit.\n\nReturns\n-------\nFurtherPostures\n\n"
+      "Raises\n------\nkr5.InvalidArgument\n    A result that is not usable, or postures that it cannot predict.");
+}
+
 static void bind_cell_calibration(py::module_& m) {
   kr5::python::bind_struct<CellStop>(m, "CellStop", "Robot stop with what the camera saw.");
   kr5::python::bind_struct<CellGeometry>(m, "CellGeometry", "Camera, markers and arm of a cell.");
@@ -196,6 +265,14 @@ static void bind_cell_calibration(py::module_& m) {
       py::arg("stops"), py::arg("believed"), py::arg("options") = CellCalibrationOptions(), py::arg("folds") = 5,
       py::call_guard<py::gil_scoped_release>(),
       "Errors with which views left out are predicted, the cell calibrated together and one after another.");
+  kr5::python::bind_struct<TurnAgreement>(m, "TurnAgreement", "Whether joint values and poses are of the same stops.");
+  m.def(
+      "compare_turns",
+      [](const kr5::kinematics::DhChain& arm, const kr5::kinematics::Rows& q, const std::vector<kr5::Pose>& poses,
+         double limit) { return compare_turns(arm, q, poses, limit); },
+      py::arg("arm"), py::arg("q"), py::arg("T_base_flange"), py::arg("limit") = std::numbers::pi / 90,
+      "Compares the angles by which the flange turns from stop to stop, by joint values (a row a stop) and by poses;\n"
+      "`limit`: of their median difference [rad].");
 }
 
 static void bind_circle_point(py::module_& m) {
@@ -448,6 +525,8 @@ void bind_calibration(py::module_& m) {
   bind_tool(m);
   bind_timed_hand_eye(m);
   bind_kinematics_calibration(m);
+  bind_posture_checks(m);
+  bind_further_postures(m);
   bind_circle_point(m);
   bind_parallel_planes(m);
   bind_posture_choice(m);

@@ -5,6 +5,7 @@
 #include <kr5/geometry/mount.hpp>
 #include <kr5/geometry/pinhole.hpp>
 #include <kr5/geometry/placed.hpp>
+#include <kr5/geometry/point_alignment.hpp>
 #include <kr5/geometry/projection_matrix.hpp>
 #include <kr5/geometry/single_image_calibration.hpp>
 #include <kr5/geometry/target.hpp>
@@ -33,6 +34,14 @@ static void bind_poses(py::module_& m) {
   m.def(
       "mean_pose", [](const std::vector<Pose>& poses) { return mean_pose(poses); }, py::arg("poses"),
       "Mean of the translations with the chordal mean of the rotations.");
+}
+
+static void bind_point_alignment(py::module_& m) {
+  python::bind_struct<PointAlignmentOptions>(m, "PointAlignmentOptions", "Options of align_points.");
+  python::bind_struct<PointAlignment>(m, "PointAlignment", "Where points of one frame lie in another.");
+  m.def("align_points", &align_points, py::arg("points"), py::arg("to"), py::arg("options") = PointAlignmentOptions(),
+        "Rotation, shift and, if asked for, scale that carry points (3 x n or n x 3) to others.\n\n"
+        "Raises\n------\nkr5.InvalidArgument\n    No points, sets of different sizes, or NaN.");
 }
 
 /// Pixels of many points, 3 x n, or their rays.
@@ -134,6 +143,7 @@ static void bind_projection_matrix(py::module_& m) {
 
 void bind_geometry(py::module_& m) {
   bind_poses(m);
+  bind_point_alignment(m);
   bind_uncertain_poses(m);
   python::bind_enum<Mount>(m, "Mount", "Part of the cell that carries the camera.");
   python::bind_enum<LensModel>(m, "LensModel", "Lens model: the coefficients of a Pinhole that are used.");

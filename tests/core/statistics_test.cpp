@@ -11,6 +11,14 @@ namespace {
 
 using Eigen::VectorXd;
 
+TEST_CASE("the middle of an even number of values is the upper one, or the mean of both") {
+  CHECK(kr5::median({4.0, 1.0, 3.0, 2.0}) == 3.0);
+  CHECK(kr5::midpoint_median({4.0, 1.0, 3.0, 2.0}) == 2.5);
+  CHECK(kr5::midpoint_median({9.0, 1.0, 3.0}) == 3.0);
+  CHECK(kr5::midpoint_median({7.0}) == 7.0);
+  CHECK(kr5::midpoint_median({}) == 0.0);
+}
+
 TEST_CASE("noise of a series: beside motion, a step and outliers", "[core]") {
   constexpr double sigma = 0.02;
   constexpr Eigen::Index n = 20000;

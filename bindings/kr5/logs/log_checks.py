@@ -1,6 +1,5 @@
 """What speaks against a map: numbers that make sense in another unit, on the other side of the gears, or in other
-columns, with the entries of the map that correct it. What is wrong is found by kr5.arm_log; poses of the tool are held
-against where the cell puts it."""
+columns, with the entries of the map that correct it. What is wrong is found by kr5.arm_log."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -17,7 +16,6 @@ from kr5.logs.joint_columns import range_text
 from kr5.logs.map_file import Source, Tool, column_family
 from kr5.logs.values import column_unit, of_motors
 
-FACTOR = 1.6  # a scale within this factor of one that a wrong unit gives is taken for it
 THOUSANDTHS = {"A": "mA", "N": "mN", "N m": "N mm"}
 
 
@@ -50,10 +48,9 @@ def merged_problems(problems: list[LogProblem]) -> list[LogProblem]:
 def check_positions(
     cell: kr5.cell.Cell, experiment: kr5.cell.Experiment, words: EntryWords, sources: Mapping[str, Source | Tool]
 ) -> list[LogProblem]:
-    """What speaks against the positions and the clock of an experiment; `words`: how a remedy names entries of its
-    map; `sources`: what the map says of its columns."""
-    out = [_told(p, cell, words, sources) for p in arm_log.check_positions(cell, experiment)]
-    return out + (_poses(cell, experiment, words) if str(experiment.kind) == "poses" else [])
+    """What speaks against the positions, the clock and the tool poses of an experiment; `words`: how a remedy names
+    entries of its map; `sources`: what the map says of its columns."""
+    return [_told(p, cell, words, sources) for p in arm_log.check_positions(cell, experiment)]
 
 
 def check_loads(
@@ -67,19 +64,28 @@ def _told(
     problem: arm_log.LogProblem, cell: kr5.cell.Cell, words: EntryWords, sources: Mapping[str, Source | Tool]
 ) -> LogProblem:
     """A problem in words, with the entries that correct it."""
-    remedy, entries = problem.remedy_text(cell), _entries(problem, cell, words, sources)
+    entries = _entries(problem, cell, words, sources)
+    remedy = "" if problem.remedy in LENGTHS else problem.remedy_text(cell)  # which the entry says by itself
     return LogProblem(
         problem.experiment,
         _columns_text(problem),
         problem.found_text(cell),
         problem.expected_text(cell),
-        f"{remedy} {entries}" if entries and remedy.endswith("?") else f"{remedy}: {entries}" if entries else remedy,
+        _joined(remedy, entries),
         cell.robot.joint_names[problem.joint] if problem.joint >= 0 and cell.robot.joint_names else "",
     )
 
 
+def _joined(remedy: str, entries: str) -> str:
+    if not (remedy and entries):
+        return remedy or entries
+    return f"{remedy} {entries}" if remedy.endswith("?") else f"{remedy}: {entries}"
+
+
 def _columns_text(problem: arm_log.LogProblem) -> str:
     columns = list(problem.columns)
+    if columns == ["x", "y", "z"]:
+        return "x y z"
     if problem.kind == LogProblemKind.SomeOpposite:
         return ", ".join(columns)
     return " and ".join(columns) if len(columns) == 2 else range_text(columns)
@@ -96,6 +102,7 @@ UNITS: dict[LogRemedy, dict[str, object]] = {
     LogRemedy.JointTorques: {"unit": "N m"},
     LogRemedy.Currents: {"unit": "A"},
 }
+LENGTHS = {LogRemedy.PositionMetre: "m", LogRemedy.PositionCentimetre: "cm", LogRemedy.PositionMillimetre: "mm"}
 CLOCKS = {LogRemedy.Milliseconds: "ms", LogRemedy.Microseconds: "us", LogRemedy.Nanoseconds: "ns"}
 
 
@@ -108,6 +115,11 @@ def _entries(
     key, remedy = f"columns.{column_family(columns[0])}", problem.remedy
     if remedy in UNITS:
         return words.put(key, **UNITS[remedy])
+    if remedy in LENGTHS:
+        return words.put("columns.tool", position=LENGTHS[remedy])
+    if remedy == LogRemedy.DeviceFrame:
+        pose = kr5.to_xyzrpy(problem.T_base_device)
+        return words.put("columns.tool", device=[float(f"{x:.5g}") for x in pose])
     if remedy in CLOCKS:
         return words.put("clock", unit=CLOCKS[remedy])
     if remedy == LogRemedy.ReverseSome:
@@ -159,60 +171,3 @@ def _convention_entries(
     ]
     puts = [words.put(key, **{name: new.tolist()}) for key, name, old, new in entries if np.any(new != np.asarray(old))]
     return " ".join(puts) if words.by_option else ", ".join(puts)
-
-
-def _tool_columns(experiment: kr5.cell.Experiment, joints: int) -> np.ndarray | None:
-    names = [f"q{i + 1}" for i in range(joints)]
-    return np.column_stack([experiment[c] for c in names]) if names[0] in experiment.data else None
-
-
-def _poses(cell: kr5.cell.Cell, e: kr5.cell.Experiment, words: EntryWords) -> list[LogProblem]:
-    """Tool positions against where the cell puts the tool: another unit, or measured in another frame."""
-    n = cell.robot.joints
-    q, seen = _tool_columns(e, n), np.column_stack([e[c] for c in "xyz"])
-    if q is None:
-        return []
-    tip = np.array([cell.T_base_tool(row)[:3, 3] for row in q])
-    off = float(np.median(np.linalg.norm(seen - tip, axis=1)))
-    reach = float(np.median(np.linalg.norm(tip, axis=1)))
-    if off < 0.05 * max(reach, 0.1):
-        return []
-    spread = float(np.linalg.norm(seen.std(0))) / max(float(np.linalg.norm(tip.std(0))), 1e-9)
-    for scale, text in ((1e3, "mm"), (1e2, "cm"), (1e-3, "m")):
-        if 1 / FACTOR < spread / scale < FACTOR:
-            return [
-                LogProblem(
-                    e.name,
-                    "x y z",
-                    f"positions that spread {spread:.3g} times as far as the cell's tool",
-                    "about as far",
-                    words.put("columns.tool", position=text),
-                )
-            ]
-    a, b = seen - seen.mean(0), tip - tip.mean(0)
-    U, _, V = np.linalg.svd(a.T @ b)
-    R = V.T @ np.diag([1, 1, np.linalg.det(V.T @ U.T)]) @ U.T
-    T = np.eye(4)
-    T[:3, :3], T[:3, 3] = R, tip.mean(0) - R @ seen.mean(0)
-    left = float(np.median(np.linalg.norm(a @ R.T - b, axis=1)))
-    if left < 0.2 * off:
-        pose = words.put("columns.tool", device=[float(f"{x:.5g}") for x in kr5.to_xyzrpy(T)])
-        return [
-            LogProblem(
-                e.name,
-                "x y z",
-                f"a tool {1e3 * off:.4g} mm from its position by the cell, {1e3 * left:.3g}"
-                " mm after a rigid transformation",
-                "poses in the base of the robot",
-                f"the device measures in its own frame: {pose}",
-            )
-        ]
-    return [
-        LogProblem(
-            e.name,
-            "x y z",
-            f"a tool {1e3 * off:.4g} mm (median) from its position by the cell",
-            "agreement within a few per cent of the reach",
-            "are joint angles, their order and the cell's tool right?",
-        )
-    ]

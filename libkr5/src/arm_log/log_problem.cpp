@@ -22,6 +22,8 @@ std::string range_of(double from, double to, const std::string& unit) {
   return printed("%.4g", from) + " to " + printed("%.4g", to) + " " + unit;
 }
 
+std::string in_millimetres(const char* format, double metres) { return printed(format, 1e3 * metres) + " mm"; }
+
 std::string position_unit(const cell::Cell& cell, int joint) { return load_unit(cell, joint) == "N" ? "m" : "rad"; }
 
 std::string times_simulation(double factor) { return printed("%.3g", factor) + " times what the simulation shows"; }
@@ -64,6 +66,7 @@ std::string cycle_text(const LogProblem& problem) {
 std::string columns_text(const LogProblem& problem, const cell::Cell& cell) {
   const auto& names = problem.columns;
   if (names.size() == 2) return names[0] + " and " + names[1];
+  if (names == std::vector<std::string>{"x", "y", "z"}) return "x y z";
   if (names.size() > 2 && problem.kind != LogProblemKind::SomeOpposite) return names.front() + " to " + names.back();
   std::string out;
   for (const std::string& name : names) out += (out.empty() ? "" : ", ") + name;
@@ -90,6 +93,8 @@ std::string check_text(const LogProblem& problem) {
       return "are they per cent of a rated torque, or currents? State what 1 of the log is for each joint";
     case LogProblemKind::UnknownFactor:
       return "check unit and side of these columns, and torque constants, structure and masses of the cell";
+    case LogProblemKind::ToolElsewhere:
+      return "are joint angles, their order and the cell's tool right?";
     default:
       return "is this the right column, did the controller remove gravity from it, is the direction of gravity in the "
              "cell right, and are joint directions and zeros those of the log?";
@@ -135,6 +140,13 @@ std::string found_text(const LogProblem& problem, const cell::Cell& cell) {
              printed("%.2f", problem.found_to) + ")";
     case LogProblemKind::Unlike:
       return "a correlation of " + printed("%.2f", problem.found) + " with the simulation";
+    case LogProblemKind::ToolScale:
+      return "positions that spread " + printed("%.3g", problem.found) + " times as far as the cell's tool";
+    case LogProblemKind::ToolFrame:
+      return "a tool " + in_millimetres("%.4g", problem.found) + " from its position by the cell, " +
+             in_millimetres("%.3g", problem.found_to) + " after a rigid transformation";
+    case LogProblemKind::ToolElsewhere:
+      return "a tool " + in_millimetres("%.4g", problem.found) + " (median) from its position by the cell";
   }
   return {};
 }
@@ -171,6 +183,12 @@ std::string expected_text(const LogProblem& problem, const cell::Cell& cell) {
       return "each similar to its own";
     case LogProblemKind::Unlike:
       return "visible gravity and inertia of the arm";
+    case LogProblemKind::ToolScale:
+      return "about as far";
+    case LogProblemKind::ToolFrame:
+      return "poses in the base of the robot";
+    case LogProblemKind::ToolElsewhere:
+      return "agreement within a few per cent of the reach";
   }
   return {};
 }
@@ -220,6 +238,14 @@ std::string remedy_text(const LogProblem& problem, const cell::Cell& cell) {
              ": name the columns in the order of the model";
     case LogRemedy::Recount:
       return "they fit with " + convention_text(problem.reading, cell);
+    case LogRemedy::PositionMetre:
+      return "the positions make sense in m";
+    case LogRemedy::PositionCentimetre:
+      return "the positions make sense in cm";
+    case LogRemedy::PositionMillimetre:
+      return "the positions make sense in mm";
+    case LogRemedy::DeviceFrame:
+      return "the device measures in its own frame";
   }
   return {};
 }

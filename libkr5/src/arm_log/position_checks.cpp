@@ -11,6 +11,7 @@
 #include <kr5/core/statistics.hpp>
 
 #include "joint_columns.hpp"
+#include "tool_checks.hpp"
 
 namespace kr5::arm_log {
 
@@ -228,7 +229,7 @@ std::vector<LogProblem> check_clock(const cell::Cell& cell, const cell::Experime
 
 std::vector<LogProblem> check_positions(const cell::Cell& cell, const cell::Experiment& experiment) {
   std::vector<LogProblem> out;
-  for (const auto& check : {check_limits, check_following, check_clock})
+  for (const auto& check : {check_limits, check_following, check_clock, check_tool})
     for (LogProblem& problem : check(cell, experiment)) {
       problem.experiment = experiment.name;
       out.push_back(problem);

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include <kr5/core/error.hpp>
+#include <kr5/core/statistics.hpp>
 #include <kr5/geometry/resection.hpp>
 
 #include "calibration/hand_eye/model.hpp"
@@ -63,12 +64,6 @@ double rms(const std::vector<double>& values) {
   return std::sqrt(sum / static_cast<double>(values.size()));
 }
 
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  const std::size_t n = values.size();
-  return 0.5 * (values[(n - 1) / 2] + values[n / 2]);
-}
-
 void summarise(HandEyeEvaluation& out) {
   if (out.views.empty()) return;
   std::vector<double> position, rotation;
@@ -78,8 +73,8 @@ void summarise(HandEyeEvaluation& out) {
   }
   out.position_rms = rms(position);
   out.rotation_rms = rms(rotation);
-  out.position_median = median(position);
-  out.rotation_median = median(rotation);
+  out.position_median = midpoint_median(position);
+  out.rotation_median = midpoint_median(rotation);
 }
 
 HandEyeEvaluation summary_of(const std::vector<std::optional<HeldOutView>>& judged) {

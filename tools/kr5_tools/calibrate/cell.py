@@ -34,7 +34,6 @@ from kr5_tools.exports.command_line import Exports, export_options
 from kr5_tools.targets.sightings import find_in_images
 
 app = typer.Typer()
-MOST_TURN_DIFFERENCE = np.radians(2)  # of a turn between two stops, by the robot poses and by the joint values
 LEAST_TO_JUDGE = 6  # stops from which some can be left out
 
 
@@ -186,14 +185,11 @@ def _joints(
     q = read_joint_values(arm, chain.joints, columns)
     if len(q) != len(data.images):
         fail(f"{arm}: found {len(q)} rows, expected one for each of the {len(data.images)} images, in their order")
-    off = [
-        abs(_turn(a, b) - _turn(chain.flange(qa), chain.flange(qb)))
-        for a, b, qa, qb in zip(data.poses(), data.poses()[1:], q, q[1:])
-    ]
-    if np.median(off) > MOST_TURN_DIFFERENCE:
+    turns = calibration.compare_turns(chain, q, data.poses())
+    if not turns.agrees:
         fail(
-            f"{arm}: between two stops the arm turns by {np.degrees(np.median(off)):.1f} deg (median) more or less than"
-            " the robot poses say; check the order of the rows, the unit (--angle-unit) and the arm of --cell"
+            f"{arm}: between two stops the arm turns by {np.degrees(turns.difference):.1f} deg (median) more or less"
+            " than the robot poses say; check the order of the rows, the unit (--angle-unit) and the arm of --cell"
         )
     return q
 
@@ -209,11 +205,6 @@ def _scan(folder: Path | None, given: list[str], columns: TableOptions, with_arm
     with spinner("Searching the profiles"):
         views, _ = find_views(data, targets)
     return calibration.CellScan(views=views, targets=[t for t in targets if t.name in {v.target for v in views}])
-
-
-def _turn(a: np.ndarray, b: np.ndarray) -> float:
-    """Angle between two orientations, which does not depend on the frames of base and tool [rad]."""
-    return float(np.arccos(np.clip((np.trace(a[:3, :3].T @ b[:3, :3]) - 1) / 2, -1, 1)))
 
 
 def _keys(

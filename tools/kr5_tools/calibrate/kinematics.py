@@ -14,7 +14,7 @@ from kr5.files.results import write_if_usable, write_result
 from kr5.files.writing import check_writable
 from kr5.tables.options import TableOptions
 
-from kr5_tools.calibrate.further_postures import held_out_text, judge, need_placing
+from kr5_tools.calibrate.further_postures import held_out_text, judge, require_placing
 from kr5_tools.calibrate.posture_checks import posture_warnings, require_motion
 from kr5_tools.calibrate.postures import read_postures, read_socket, recorded_postures
 from kr5_tools.calibrate.recorded_arm import (
@@ -146,11 +146,11 @@ def calibrate_kinematics(
     if elasticity:
         options.elasticity = True
         add_torques(seen, believed)
-    require_motion(seen)
+    require_motion(chain, seen)
     distances = [_distance(text) for text in distance or []]
     further = _check_postures(recording, check, chain, wanted)
     tell_notes(wanted.notes)
-    need_placing(seen, further)
+    require_placing(seen, further)
     camera_check = None
     with spinner("Calibrating"):
         result = calibration.calibrate_kinematics(chain, seen, distances, options)

@@ -11,7 +11,7 @@
 /// @file
 /// What speaks against the columns of a log as they were read: numbers that make sense in another unit, on the other
 /// side of the gears, or in other columns. Positions are held against the limits of the cell, loads against what the
-/// fast simulator shows for the same motion.
+/// fast simulator shows for the same motion, measured poses of the tool against where the cell puts it.
 
 namespace kr5::arm_log {
 
@@ -34,6 +34,9 @@ enum class LogProblemKind {
   UnknownFactor,   ///< `found` times, for no reason that is known.
   Swapped,         ///< Two loads each like the simulation of the other (correlation `found`, own `found_to`).
   Unlike,          ///< A correlation of `found` of the largest load with its simulation.
+  ToolScale,       ///< Measured tool positions that spread `found` times as far as the cell's tool.
+  ToolFrame,       ///< Measured tool positions `found` off the cell's, `found_to` from `T_base_device` [m].
+  ToolElsewhere,   ///< Measured tool positions `found` off the cell's, in any frame [m].
 };
 constexpr auto enum_names(LogProblemKind) {
   using enum LogProblemKind;
@@ -53,7 +56,10 @@ constexpr auto enum_names(LogProblemKind) {
                                 {FactorOfJoint, "factor_of_joint"},
                                 {UnknownFactor, "unknown_factor"},
                                 {Swapped, "swapped"},
-                                {Unlike, "unlike"}});
+                                {Unlike, "unlike"},
+                                {ToolScale, "tool_scale"},
+                                {ToolFrame, "tool_frame"},
+                                {ToolElsewhere, "tool_elsewhere"}});
 }
 
 /// How the numbers would make sense.
@@ -78,6 +84,10 @@ enum class LogRemedy {
   Exchange,            ///< The two columns, one for the other.
   Rearrange,           ///< Columns in the order of `reading`.
   Recount,             ///< Joints counted as in `reading`.
+  PositionMetre,       ///< Positions of the tool in metres.
+  PositionCentimetre,  ///< In centimetres.
+  PositionMillimetre,  ///< In millimetres.
+  DeviceFrame,         ///< Poses of the tool in the frame of the device, which stands at `T_base_device`.
 };
 constexpr auto enum_names(LogRemedy) {
   using enum LogRemedy;
@@ -100,7 +110,11 @@ constexpr auto enum_names(LogRemedy) {
                            {Currents, "currents"},
                            {Exchange, "exchange"},
                            {Rearrange, "rearrange"},
-                           {Recount, "recount"}});
+                           {Recount, "recount"},
+                           {PositionMetre, "position_metre"},
+                           {PositionCentimetre, "position_centimetre"},
+                           {PositionMillimetre, "position_millimetre"},
+                           {DeviceFrame, "device_frame"}});
 }
 
 struct LogProblem {
@@ -112,7 +126,8 @@ struct LogProblem {
   int other = -1;                         ///< The other joint of FollowsAnother, from 0.
   double found = 0.0, found_to = 0.0;
   double expected = 0.0, expected_to = 0.0;
-  JointReading reading = {};  ///< Of Order and Convention.
+  JointReading reading = {};              ///< Of Order and Convention.
+  Pose T_base_device = Pose::Identity();  ///< Of ToolFrame.
 
   static void each_field(auto& self, auto&& visit) {
     visit("kind", self.kind, "What is wrong.");
@@ -126,6 +141,7 @@ struct LogProblem {
     visit("expected", self.expected, "What was expected, or where it begins.");
     visit("expected_to", self.expected_to, "Where it ends.");
     visit("reading", self.reading, "Order, directions and zeros with which the loads fit.");
+    visit("T_base_device", self.T_base_device, "Pose of the measuring device with which the tool positions fit.");
   }
 };
 
@@ -138,7 +154,7 @@ std::string remedy_text(const LogProblem& problem, const cell::Cell& cell);
 /// Experiment, columns, found, expected and remedy in a sentence.
 std::string text(const LogProblem& problem, const cell::Cell& cell);
 
-/// What speaks against the positions and the clock of an experiment.
+/// What speaks against the positions, the clock and the measured poses of the tool of an experiment.
 std::vector<LogProblem> check_positions(const cell::Cell& cell, const cell::Experiment& experiment);
 
 /// What speaks against the currents, torques and wrenches of a motion whose positions are right; nothing of other

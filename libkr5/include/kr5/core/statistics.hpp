@@ -25,6 +25,16 @@ inline double median(std::vector<double> values) {
   return *middle;
 }
 
+/// The same, of an even number the mean of both, as people state it.
+inline double midpoint_median(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const std::size_t n = values.size();
+  const double upper = median(values);
+  if (n % 2 == 1) return upper;
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(n / 2 - 1), values.end());
+  return 0.5 * (values[n / 2 - 1] + upper);
+}
+
 /// Standard deviation of the noise of a series by its third differences, in which what is smooth cancels; steps and
 /// outliers do not move it. 0 of fewer than four values, and where most values repeat, as between the steps of a coarse
 /// reading.

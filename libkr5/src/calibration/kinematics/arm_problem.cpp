@@ -13,10 +13,10 @@
 #include <kr5/fit/measurements/pixels.hpp>
 #include <kr5/fit/measurements/pose.hpp>
 #include <kr5/fit/measurements/position.hpp>
+#include <kr5/geometry/point_alignment.hpp>
 
 #include "calibration/hand_eye/closed_form.hpp"
 #include "calibration/pipeline/arm_prior.hpp"
-#include "calibration/rigid_motion.hpp"
 
 namespace kr5::calibration::arm_problem {
 namespace {
@@ -68,7 +68,7 @@ Placement from_points(const Input& input, const Eigen::Vector3d& guess) {
         Eigen::Map<const Eigen::Matrix3Xd>(points.front().data(), 3, static_cast<Eigen::Index>(points.size())));
   };
   out.T_world_base =
-      input.options.T_world_base ? *input.options.T_world_base : rigid_motion(as_matrix(from), as_matrix(to));
+      input.options.T_world_base ? *input.options.T_world_base : align_points(as_matrix(from), as_matrix(to)).T_to_from;
   return out;
 }
 

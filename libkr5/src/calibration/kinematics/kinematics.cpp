@@ -15,6 +15,7 @@
 #include "calibration/pipeline/pipeline.hpp"
 #include "calibration/pipeline/second_minimum.hpp"
 #include "calibration/pipeline/sound_probability.hpp"
+#include "calibration/postures/measured_place.hpp"
 
 namespace kr5::calibration {
 namespace {
@@ -27,11 +28,9 @@ constexpr double refit_from = 0.02;         // relative change of one from which
 constexpr int variance_rounds = 1000, most_refits = 40;
 constexpr double min_noise_dof = 5.0;  // with fewer an estimated noise says little, and may vanish
 
-void check_posture(const ArmPosture& posture, std::size_t row, Eigen::Index joints) {
+void check_posture(const ArmPosture& posture, std::size_t row, std::size_t joints) {
+  check_joint_values(posture, row, joints);
   const std::string where = "posture " + (posture.name.empty() ? std::to_string(row) : posture.name) + ": ";
-  require(posture.q.size() == joints, where + "found " + std::to_string(posture.q.size()) +
-                                          " joint values, the arm has " + std::to_string(joints) + " joints");
-  require(posture.q.allFinite(), where + "joint values must be finite");
   require(posture.T_world_tool || any_seen(posture.points) || !posture.socket.empty() || posture.pixels.cols() > 0,
           where + "nothing was measured of it");
   require(posture.pixels.cols() == posture.target_points.cols(),
@@ -52,7 +51,7 @@ Input checked_input(const kinematics::DhChain& nominal, std::span<const ArmPostu
           "kinematic calibration needs at least six postures, found " + std::to_string(postures.size()));
   std::set<std::string> sockets;
   for (std::size_t i = 0; i < postures.size(); ++i) {
-    check_posture(postures[i], i, static_cast<Eigen::Index>(nominal.joints.size()));
+    check_posture(postures[i], i, nominal.joints.size());
     if (!postures[i].socket.empty()) sockets.insert(postures[i].socket);
   }
   Input input{nominal, postures, distances, options, {sockets.begin(), sockets.end()}};

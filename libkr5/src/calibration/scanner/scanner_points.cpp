@@ -7,8 +7,7 @@
 #include <Eigen/Dense>
 #include <kr5/core/error.hpp>
 #include <kr5/core/linear.hpp>
-
-#include "calibration/rigid_motion.hpp"
+#include <kr5/geometry/point_alignment.hpp>
 
 namespace kr5::calibration {
 namespace {
@@ -46,7 +45,7 @@ ScannerFromPoints scanner_from_points(const Eigen::Matrix2Xd& points_scanner, co
     out.fit.message = "the points lie on one line: the turn of the scanner about it is not determined";
     return out;
   }
-  out.T_flange_scanner = rigid_motion(points, points_flange);
+  out.T_flange_scanner = align_points(points, points_flange).T_to_from;
   double squares = 0.0;
   Matrix6 information = Matrix6::Zero();
   for (Eigen::Index k = 0; k < n; ++k) {
