@@ -2,6 +2,7 @@
 #include <filesystem>
 #include <numbers>
 
+#include <kr5/calibration/arm_axes.hpp>
 #include <kr5/calibration/camera_agreement.hpp>
 #include <kr5/calibration/cell_calibration.hpp>
 #include <kr5/calibration/circle_point.hpp>
@@ -28,6 +29,9 @@
 #include <kr5/calibration/timed_hand_eye.hpp>
 #include <kr5/calibration/tool.hpp>
 #include <kr5/calibration/turn_agreement.hpp>
+#include <kr5/calibration/turn_findings.hpp>
+#include <kr5/calibration/turn_split.hpp>
+#include <kr5/calibration/upright_lengths.hpp>
 
 #include "struct_binder.hpp"
 
@@ -303,6 +307,50 @@ static void bind_parallel_planes(py::module_& m) {
         "Reason why the distances of parallel axes do not determine the lengths of an arm; empty when they do.");
 }
 
+static void bind_turn_split(py::module_& m) {
+  kr5::python::bind_struct<TurnSplitOptions>(m, "TurnSplitOptions", "Options of split_turns.");
+  kr5::python::bind_struct<JointsAway>(m, "JointsAway", "Joints that are away from home in one row together.");
+  kr5::python::bind_struct<TurnSplit>(m, "TurnSplit", "Rows of the turns of single joints.")
+      .def_property_readonly("usable", &TurnSplit::usable, "Whether each joint turned, and always alone.");
+  m.def("split_turns", &split_turns, py::arg("q"), py::arg("options") = TurnSplitOptions(),
+        "Splits joint values (a row a sample, a column a joint) [rad] into the turns of single joints.\n\n"
+        "Raises\n------\nkr5.InvalidArgument\n    No joint values, or some that are not finite.");
+}
+
+static void bind_arm_axes(py::module_& m) {
+  kr5::python::bind_enum<TurnEnd>(m, "TurnEnd", "End of a turn.");
+  kr5::python::bind_enum<NominalMismatchKind>(m, "NominalMismatchKind", "What contradicts the nominal arm.");
+  kr5::python::bind_struct<TurnFindingOptions>(m, "TurnFindingOptions", "Limits beyond which something is found.");
+  kr5::python::bind_struct<UnevenNoise>(m, "UnevenNoise", "Turn whose samples scatter more than those of the others.");
+  kr5::python::bind_struct<ShiftedRows>(m, "ShiftedRows", "Measurements shifted by a row.");
+  kr5::python::bind_struct<HomeJump>(m, "HomeJump", "Jump of the measured point between two turns.");
+  kr5::python::bind_struct<ImplausibleLength>(m, "ImplausibleLength", "Arm that is too long or too short for one.");
+  kr5::python::bind_struct<NominalMismatch>(m, "NominalMismatch", "What contradicts the nominal arm as a whole.");
+  kr5::python::bind_struct<TurnFindings>(m, "TurnFindings", "Reasons to doubt several turns together.")
+      .def_property_readonly("empty", &TurnFindings::empty, "Whether nothing was found.");
+  kr5::python::bind_struct<ArmAxesOptions>(m, "ArmAxesOptions", "Options of identify_arm_axes.");
+  kr5::python::bind_struct<ArmParameter>(m, "ArmParameter", "Identified parameter of an arm.");
+  kr5::python::bind_struct<ArmAxesResult>(m, "ArmAxesResult", "Axes and arm from turns of single joints.");
+  m.def(
+      "identify_arm_axes",
+      [](const std::vector<std::vector<JointSample>>& turns, const Eigen::VectorXd& home,
+         const ArmAxesOptions& options) { return identify_arm_axes(turns, home, options); },
+      py::arg("turns"), py::arg("home"), py::arg("options") = ArmAxesOptions(),
+      py::call_guard<py::gil_scoped_release>(),
+      "Axes and Denavit-Hartenberg parameters of an arm from turns of single joints, without nominal values.\n\n"
+      "Parameters\n----------\nturns : list of list of JointSample\n    Of each joint, from the base.\n"
+      "home : numpy.ndarray\n    Joint values at which the others stood [rad].\noptions : ArmAxesOptions\n\n"
+      "Returns\n-------\nArmAxesResult\n    Check `fit.usable` before using the arm.\n\n"
+      "Raises\n------\nkr5.InvalidArgument\n    A turn of fewer than four samples, or one without a measurement.");
+}
+
+static void bind_upright_lengths(py::module_& m) {
+  kr5::python::bind_struct<UprightLengths>(m, "UprightLengths", "Lengths by parallel planes, with their distances.");
+  m.def("identify_upright_lengths", &identify_upright_lengths, py::arg("arm"), py::arg("axis6_upright"),
+        py::arg("options") = ParallelPlaneOptions(), py::call_guard<py::gil_scoped_release>(),
+        "Lengths of an identified arm with one more turn of joint 6, the forearm along axis 1.");
+}
+
 static void bind_posture_choice(py::module_& m) {
   kr5::python::bind_enum<PostureCriterion>(m, "PostureCriterion", "What a choice of postures makes small.");
   kr5::python::bind_struct<PostureChoiceOptions>(m, "PostureChoiceOptions", "Options of choose_postures.");
@@ -529,6 +577,9 @@ void bind_calibration(py::module_& m) {
   bind_further_postures(m);
   bind_circle_point(m);
   bind_parallel_planes(m);
+  bind_turn_split(m);
+  bind_arm_axes(m);
+  bind_upright_lengths(m);
   bind_posture_choice(m);
   bind_profiles(m);
   bind_scanner(m);

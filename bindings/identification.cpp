@@ -44,6 +44,15 @@ void bind_logs(py::module_& m) {
   m.def("condition_log", &condition_log, py::arg("log"), py::arg("options") = ConditioningOptions{},
         "The motion of a log: clock repaired, smoothed without delay, speeds and accelerations by central differences, "
         "decimated (Hayat et al. 2022, section 4.4.3.2). Empty when the log has an error.");
+  m.def(
+      "conditioning_like",
+      [](const std::vector<ConditionedMotion>& motions, const ConditioningOptions& options) {
+        return conditioning_like(motions, options);
+      },
+      py::arg("motions"), py::arg("options") = ConditioningOptions{},
+      "Options by which further logs are conditioned as these were: the medians of their cutoffs and decimations, "
+      "where\n"
+      "the options leave both to the log.");
   m.def("motion_bandwidth", &motion_bandwidth, py::arg("q"), py::arg("step"),
         "Frequency below which 99 % of the power of the speeds lies [Hz]; q: samples x joints at even steps [s].");
   m.def("zero_phase_low_pass", &zero_phase_low_pass, py::arg("values"), py::arg("step"), py::arg("cutoff"),
@@ -318,6 +327,7 @@ static void bind_base_parameters(py::module_& m) {
       .def(py::init<DynamicsModel>(), py::arg("model"))
       .def_property_readonly("joints", &DynamicsRegressor::joints, "Number of joints n.")
       .def_property_readonly("names", &DynamicsRegressor::names, "Names of the parameters.")
+      .def_property_readonly("units", &DynamicsRegressor::units, "Units of the parameters.")
       .def("evaluate", &DynamicsRegressor::evaluate, py::arg("motion"), py::arg("load") = Eigen::MatrixXd(),
            py::call_guard<py::gil_scoped_release>(), "Y stacked: row k n + i of sample k and joint i.")
       .def("torques", &DynamicsRegressor::torques, py::arg("motion"), py::arg("parameters"),
@@ -346,6 +356,8 @@ static void bind_dynamics(py::module_& m) {
   bind_enum<Estimator>(m, "Estimator", "Estimator of dynamic parameters.");
   bind_struct<DynamicsOptions>(m, "DynamicsOptions", "Options of identify_dynamics.");
   bind_struct<TorqueError>(m, "TorqueError", "Errors of predicted torques.");
+  m.def("torque_error", &torque_error, py::arg("measured"), py::arg("predicted"),
+        "Errors of predicted torques, samples x joints [N m or N].");
   bind_struct<DynamicsResult>(m, "DynamicsResult", "Identified dynamics.")
       .def("parameter", &DynamicsResult::parameter, py::arg("name"),
            "Value and standard deviation of a base parameter by its expression, such as fc2; None without.");

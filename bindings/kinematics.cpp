@@ -45,9 +45,10 @@ static void bind_chain(py::module_& m) {
 static void bind_deviated_arm(py::module_& m) {
   bind_enum<DhParameter>(m, "DhParameter", "Parameter of a Denavit-Hartenberg row.");
   bind_struct<JointParameter>(m, "JointParameter", "Parameter of one joint.")
-      .def_property_readonly("label", &JointParameter::label, "As in tables: b1, theta1, a1, alpha1.")
+      .def_property_readonly("label", &JointParameter::label, "As in tables: b1, theta1, a1, alpha1, beta1.")
       .def_property_readonly("is_length", &JointParameter::is_length, "Whether it is b or a.");
-  m.def("joint_parameters", &joint_parameters, py::arg("chain"), "The four parameters of every joint of a chain.");
+  m.def("joint_parameters", &joint_parameters, py::arg("chain"),
+        "The parameters b, theta, a and alpha of every joint of a chain.");
   bind_struct<DeviatedArm>(m, "DeviatedArm", "Arm of which parameters are off, beside the nominal one.")
       .def(
           "errors",
@@ -63,8 +64,12 @@ static void bind_axes(py::module_& m) {
       [](const std::vector<AxisLine>& axes, const Eigen::VectorXd& q, const kr5::Pose& T_base_flange, double parallel) {
         return chain_from_axes(axes, q, T_base_flange, parallel);
       },
-      py::arg("axes"), py::arg("q"), py::arg("T_base_flange"), py::arg("parallel") = 0.1,
+      py::arg("axes"), py::arg("q"), py::arg("T_base_flange"), py::arg("parallel") = near_parallel_sine,
       "Chain of revolute joints whose axes lie so in the base at joint values q, by dual vectors.");
+  m.def(
+      "has_near_parallel_axes", &has_near_parallel_axes, py::arg("joint"), py::arg("parallel") = near_parallel_sine,
+      "Whether the axes before and behind a link are near-parallel, as chain_from_axes takes it: beta is then one of\n"
+      "its parameters, and b is 0 by choice.");
   m.def("axes_of", &axes_of, py::arg("chain"), py::arg("q"), "Axes of a chain at joint values q, in the base.");
 }
 

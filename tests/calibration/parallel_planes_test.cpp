@@ -10,75 +10,15 @@
 #include <support/coverage.hpp>
 #include <support/trials.hpp>
 
+#include "calibration/turns_world.hpp"
+
 namespace parallel_planes_test {
 
 using namespace kr5;
 using namespace kr5::calibration;
 using Catch::Matchers::Contains;
 using kinematics::DhChain;
-
-namespace {
-
-constexpr double degree = M_PI / 180;
-
-/// The book's arm; without offsets, joint values 0, 0, 0 put the upper arm upright and the forearm across.
-DhChain arm_of(double a1, double a2, double a3, double b4) {
-  DhChain out;
-  const double quarter = M_PI / 2;
-  out.joints = {{.b = 0.4, .a = a1, .alpha = quarter},
-                {.theta_offset = quarter, .a = a2, .alpha = 2 * quarter},
-                {.a = a3, .alpha = quarter},
-                {.b = b4, .theta_offset = 2 * quarter, .alpha = quarter},
-                {.theta_offset = -quarter, .alpha = quarter},
-                {.b = 0.115}};
-  return out;
-}
-
-/// Turns of one joint about q, seen by a device somewhere; three points on the flange.
-JointAxisResult turn_of(const DhChain& arm, Eigen::VectorXd q, int joint, double sigma, Random& random, double arc,
-                        int count = 20) {
-  std::vector<JointSample> samples;
-  const double home = q[joint];
-  for (int i = 0; i < count; ++i) {
-    q[joint] = home + arc * (static_cast<double>(i) / (count - 1) - 0.5);
-    JointSample& sample = samples.emplace_back();
-    sample.q = q[joint];
-    sample.points = arm.flange(q) * Eigen::Matrix3Xd(0.3 * Eigen::Matrix3d::Identity()).colwise().homogeneous();
-    for (Eigen::Index c = 0; c < 3; ++c) sample.points.col(c) += random.normal_vector(3, sigma);
-  }
-  return identify_joint_axis(samples, {.sigma_position = sigma, .outlier_false_alarm = 0});
-}
-
-/// Joint values for an upper arm that leans by `lean`, the forearm across axis 1, to the front or to the back, or along
-/// it.
-Eigen::VectorXd posture(double lean, bool upright, bool back) {
-  Eigen::VectorXd q = Eigen::VectorXd::Zero(6);
-  q << 0.2, lean, lean + (upright ? -M_PI / 2 : (back ? 0.0 : M_PI)), 0.0, 0.0, 0.0;
-  return q;
-}
-
-/// Turns q5 until axis 6 is parallel to axis 1.
-Eigen::VectorXd with_level_wrist(const DhChain& arm, Eigen::VectorXd q) {
-  double best = 0.0, most = -1.0;
-  for (int k = 0; k < 4; ++k) {
-    q[4] = k * M_PI / 2;
-    const auto axes = kinematics::axes_of(arm, q);
-    const double along = std::abs(axes[0].direction.dot(axes[5].direction));
-    if (along > most) most = along, best = q[4];
-  }
-  q[4] = best;
-  return q;
-}
-
-ParallelPlaneAxes turns_of(const DhChain& arm, double lean, double sigma, Random& random, bool back = false) {
-  const double arc = 50 * degree;
-  const Eigen::VectorXd q = with_level_wrist(arm, posture(lean, false, back)),
-                        up = with_level_wrist(arm, posture(lean, true, back));
-  const auto turn = [&](const Eigen::VectorXd& at, int joint) { return turn_of(arm, at, joint, sigma, random, arc); };
-  return {turn(q, 0), turn(q, 1), turn(q, 2), turn(q, 4), turn(q, 5), turn(up, 5)};
-}
-
-}  // namespace
+using test::arm_of, test::degree, test::posture, test::turn_of, test::turns_of, test::with_level_wrist;
 
 TEST_CASE("p = 800, q = 60, s = 631.5 mm have the solutions 680 and 180 mm, of which 180 is the arm's") {
   ParallelPlaneDistances d{.c_23 = 0.6, .c_35 = 0.6315, .c_16 = 0.8, .c_16_upright = 0.06, .objection = {}};

@@ -194,6 +194,38 @@ TEST_CASE("a pendulum's base parameters are written as a textbook has them") {
   CHECK(base.expressions[2] == "m1 c1y");
   CHECK(base.expressions[3] == "fc1");
   CHECK(base.expressions[4] == "fv1");
+  CHECK(base.units == std::vector<std::string>{"kg m^2", "kg m", "kg m", "N m", "N m s/rad"});
+}
+
+TEST_CASE("every parameter has its unit, of joints that turn and of those that slide") {
+  DynamicsModel model;
+  model.chain.joints = {{JointType::Revolute, 0, 0, 0.5, M_PI_2, 0}, {JointType::Prismatic, 0, 0, 0, 0, 0}};
+  model.structure = (Eigen::Matrix2d() << 80, 20, 0, 60).finished();  // the first motor is turned by both joints
+  model.terms.resize(2);
+  for (JointTerms& t : model.terms) {
+    t.offset = t.direction = t.load = t.temperature = t.motor = true;
+    t.stribeck_velocity = t.motor_stribeck_velocity = 0.1, t.thermal_time_constant = 100;
+  }
+  const DynamicsRegressor regressor(model);
+  REQUIRE(regressor.units().size() == regressor.names().size());
+  const std::map<std::string, std::string> expected = {{"I1xy", "kg m^2"},   {"m1 c1z", "kg m"},
+                                                       {"m1", "kg"},         {"fc1", "N m"},
+                                                       {"fv1", "N m s/rad"}, {"Ia1", "kg m^2"},
+                                                       {"fo1", "N m"},       {"fvd1", "N m s/rad"},
+                                                       {"fs1", "N m"},       {"fl1", "-"},
+                                                       {"fct1", "N m"},      {"fvt1", "N m s/rad"},
+                                                       {"fcT1", "N m/K"},    {"fvT1", "N m s/(rad K)"},
+                                                       {"fcm1", "N m"},      {"fvm1", "N m s/rad"},
+                                                       {"fsm1", "N m"},      {"I2zz", "kg m^2"},
+                                                       {"m2", "kg"},         {"fc2", "N"},
+                                                       {"fv2", "N s/m"},     {"Ia2", "kg"},
+                                                       {"fl2", "-"},         {"fcT2", "N/K"},
+                                                       {"fvT2", "N s/(m K)"}};
+  for (const auto& [name, unit] : expected) {
+    CAPTURE(name);
+    REQUIRE(regressor.index(name) >= 0);
+    CHECK(regressor.units()[static_cast<std::size_t>(regressor.index(name))] == unit);
+  }
 }
 
 TEST_CASE("the regressor is the derivative of the physics that predicts") {

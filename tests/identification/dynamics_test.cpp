@@ -153,6 +153,20 @@ TEST_CASE("errors of the prediction are told for each joint, fitted and held out
   CHECK(result.fit.final_rms == Approx(1.0).epsilon(0.05));
 }
 
+TEST_CASE("errors of torques are those of each joint over its torque, and refused for sizes that differ") {
+  const Eigen::MatrixXd measured = (Eigen::MatrixXd(2, 3) << 3, 0, 1, 4, 0, -1).finished();
+  Eigen::MatrixXd predicted = measured;
+  predicted(0, 0) += 1, predicted(1, 1) -= 2;
+  const TorqueError error = torque_error(measured, predicted);
+  CHECK(error.rms.isApprox(Eigen::Vector3d(1, 2, 0) / std::sqrt(2.0)));
+  CHECK(error.relative.isApprox(Eigen::Vector3d(0.2, 2, 0)));  // the second joint bore no torque
+  CHECK(error.total == Approx(std::sqrt(5.0 / 27.0)));
+  CHECK(torque_error(measured.topRows(0), predicted.topRows(0)).total == 0);
+  CHECK_THROWS_WITH(torque_error(measured, predicted.leftCols(2)), Contains("expected 2 x 3 torques, found 2 x 2"));
+  predicted(0, 0) = std::numeric_limits<double>::quiet_NaN();
+  CHECK(std::isnan(torque_error(measured, predicted).total));
+}
+
 TEST_CASE("weights bring the joints with little noise to bear") {
   double ordinary = 0, weighted = 0;
   for (unsigned seed = 0; seed < 20; ++seed) {

@@ -478,4 +478,26 @@ TEST_CASE("temperatures in another unit, missing ones and those of no drive are 
   CHECK_THROWS_WITH(check_log(log), Contains("temperature: expected 5000 x 3 numbers, found 5 x 3"));
 }
 
+TEST_CASE("further logs are conditioned like those before, unless the options say how") {
+  std::vector<ConditionedMotion> motions(2);
+  for (ConditionedMotion& motion : motions) motion.motion.t = Eigen::VectorXd::LinSpaced(10, 0, 1);
+  motions[0].cutoff = 10, motions[0].decimation = 2;
+  motions[1].cutoff = 13, motions[1].decimation = 5;
+  const ConditioningOptions alike = conditioning_like(motions, {});
+  CHECK(alike.cutoff == 11.5);
+  CHECK(alike.decimation == 4);  // of 3.5
+  ConditioningOptions given;
+  given.decimation = 1;
+  CHECK(conditioning_like(motions, given).decimation == 1);
+  CHECK(conditioning_like(motions, given).cutoff == 11.5);
+  given.cutoff = 20;
+  CHECK(conditioning_like(motions, given).cutoff == 20);
+  CHECK(conditioning_like({}, {}).cutoff == 0);
+  motions.push_back({});  // refused
+  CHECK(conditioning_like(motions, {}).cutoff == 0);
+  const ConditionedMotion sound = condition_log(sound_log());
+  CHECK(conditioning_like(std::vector{sound}, {}).cutoff == sound.cutoff);
+  CHECK(conditioning_like(std::vector{sound}, {}).decimation == sound.decimation);
+}
+
 }  // namespace log_conditioning_test

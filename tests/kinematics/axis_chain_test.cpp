@@ -75,6 +75,20 @@ TEST_CASE("an arm in common Denavit-Hartenberg form keeps its lengths, twists an
   }
 }
 
+TEST_CASE("links whose axes are near-parallel are those that get beta in place of b") {
+  Random random(3);
+  for (int kind = 0; kind < 5; ++kind) {
+    const DhChain arm = arm_of(random, kind);
+    const Eigen::VectorXd q = random.normal_vector(6);
+    const DhChain found = chain_from_axes(axes_of(arm, q), q, arm.flange(q));
+    CAPTURE(kind);
+    for (std::size_t i = 0; i < 5; ++i) CHECK(has_near_parallel_axes(found.joints[i]) == (kind >= 2 && i == 1));
+  }
+  CHECK(has_near_parallel_axes({.beta = 0.09}));
+  CHECK_FALSE(has_near_parallel_axes({.alpha = 0.08, .beta = 0.08}));
+  CHECK_FALSE(has_near_parallel_axes({.alpha = 0.09}, 0.05));
+}
+
 TEST_CASE("axes that are no lines, or do not match the joint values, are refused") {
   const std::vector<AxisLine> axes(2);
   CHECK_THROWS_WITH(chain_from_axes({}, {}, Pose::Identity()), Contains("there are no axes"));

@@ -17,6 +17,7 @@ namespace {
 double& field(DhJoint& joint, DhParameter parameter) {
   if (parameter == DhParameter::B) return joint.b;
   if (parameter == DhParameter::A) return joint.a;
+  if (parameter == DhParameter::Beta) return joint.beta;
   return parameter == DhParameter::Theta ? joint.theta_offset : joint.alpha;
 }
 
@@ -35,6 +36,7 @@ TEST_CASE("errors of deviated arms are those of chains made one by one, prismati
                                     .beta = i == 1 ? 0.1 : 0.0});
     arm.nominal.T_base_0 = to_pose(Vector6(random.normal_vector(6)));
     arm.parameters = joint_parameters(arm.nominal);
+    arm.parameters[7].parameter = DhParameter::Beta;  // in place of alpha2
     arm.q = random.normal_vector(5);
     arm.joints_vary = joints_vary;
     const Eigen::Index width = 20 + (joints_vary ? 5 : 0);
@@ -60,6 +62,8 @@ TEST_CASE("parameters of an arm have the names of the tables, and one it has not
   REQUIRE(arm.parameters.size() == 8);
   CHECK(arm.parameters[4].label() == "b2");
   CHECK(arm.parameters[7].label() == "alpha2");
+  CHECK(JointParameter{1, DhParameter::Beta}.label() == "beta2");
+  CHECK_FALSE(JointParameter{1, DhParameter::Beta}.is_length());
   CHECK_THROWS_WITH(arm.errors(Rows::Zero(3, 7)), Contains("deviations have 7 columns, expected 8"));
   arm.parameters[0].joint = 2;
   CHECK_THROWS_WITH(arm.errors(Rows::Zero(3, 8)), Contains("the arm has no joint 3"));

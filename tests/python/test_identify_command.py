@@ -255,3 +255,28 @@ def test_lengths_of_parallel_planes_from_python():
     lengths = calibration.lengths_from_parallel_planes(distances)
     assert lengths.a1 == pytest.approx(0.18, abs=1e-5) and lengths.a1_other == pytest.approx(0.68, abs=1e-5)
     assert lengths.b4 == pytest.approx(0.62, abs=1e-5) and lengths.a3 == pytest.approx(0.12, abs=1e-5)
+
+
+def test_an_arm_from_its_turns_in_python(chain):
+    q, places = turns(chain)
+    split = calibration.split_turns(q)
+    assert split.usable and [len(rows) for rows in split.rows] == [20] * 6
+    samples = [[calibration.JointSample(q=q[i, k], points=places[i][:, None]) for i in split.rows[k]] for k in range(6)]
+    result = calibration.identify_arm_axes(samples, split.home)
+    assert result.fit.usable and result.findings.empty
+    found = {(p.joint, str(p.parameter)): p for p in result.parameters}
+    assert (0, "b") not in found and (1, "beta") in found and (1, "b") not in found
+    assert abs(found[2, "a"].value - 0.12) < 4 * found[2, "a"].std
+    assert result.covariance.shape == (len(found), len(found))
+    moved = np.array([[0.003], [0.0], [0.001]])
+    for k in range(3, 6):
+        samples[k] = [calibration.JointSample(q=s.q, points=np.asarray(s.points) + moved) for s in samples[k]]
+    (jump,) = calibration.identify_arm_axes(samples, split.home).findings.home_jumps
+    assert jump.joint == 3 and jump.distance == pytest.approx(np.hypot(0.003, 0.001), rel=0.05)
+    assert jump.to_dict() == {"joint": 3, "distance": jump.distance, "std": jump.std}
+    shorter = calibration.ArmAxesOptions(nominal=kinematics.DhChain(chain.joints[:5], chain.T_base_0))
+    mismatch = calibration.identify_arm_axes(samples, split.home, shorter).findings.nominal_mismatch
+    assert str(mismatch.kind) == "joint_count" and mismatch.nominal_joints == 5
+    assert not calibration.split_turns(np.zeros((4, 2))).usable
+    with pytest.raises(kr5.InvalidArgument, match="home: expected 6"):
+        calibration.identify_arm_axes(samples, split.home[:5])

@@ -29,7 +29,6 @@ from coverage import coverage_rows
 from dynamics import rigid_body_rows
 from identification_peer import Figaroh
 from kr5_tools.cli.tables import make_table
-from kr5_tools.identify.dynamics import torque_errors
 from kr5_tools.identify.dynamics_parts import condition_parts
 from kr5_tools.identify.identified_cell import believed_parameters, expected_bodies
 from kr5_tools.identify.motion_logs import conditioning_of, read_motions
@@ -47,10 +46,10 @@ class Judged:
     """Errors of an arm, measured minus predicted, samples x joints; `peer` FIGAROH's of the held-out part."""
 
     arm: str
-    fitted: dict[str, Any]
-    held_out: dict[str, Any]
+    fitted: identification.TorqueError
+    held_out: identification.TorqueError
     off: np.ndarray
-    peer: dict[str, Any]
+    peer: identification.TorqueError | None
     peer_off: np.ndarray
     base: int
     cutoff: float
@@ -83,7 +82,7 @@ def settings_text(result: Any) -> str:
 def fine_motions(motions: Any, options: Any) -> tuple[Any, Any, Any]:
     """The part to fit, and both parts at every row of the log for the judgement."""
     fit, _ = condition_parts(motions, options)
-    every = identification.ConditioningOptions.from_dict(options.to_dict())
+    every = identification.conditioning_like(fit.parts, options)
     every.decimation = 1
     return fit, *condition_parts(motions, every)
 
@@ -119,16 +118,16 @@ def judge_arm(name: str, motions: Any, options: Any, coupled: bool = False, peer
     result = identified(motions.cell, motion)
     assert result.fit.usable, f"{name}: {result.fit.message}"
 
-    def errors(predict: Any, part: Any) -> tuple[dict[str, Any], np.ndarray]:
+    def errors(predict: Any, part: Any) -> tuple[identification.TorqueError, np.ndarray]:
         predicted = predict(merged_motion([p.motion for p in part.parts]))
-        return torque_errors(part.measured(), predicted), part.measured() - predicted
+        return identification.torque_error(part.measured(), predicted), part.measured() - predicted
 
     def ours(m: Any) -> np.ndarray:
         return np.asarray(identification.predict_torques(result, m))
 
     held_out, off = errors(ours, check_rows)
     other = Figaroh(motions.cell, coupled).fit(motion) if peer else None
-    theirs, peer_off = errors(other.predict, check_rows) if other else ({}, np.empty(0))
+    theirs, peer_off = errors(other.predict, check_rows) if other else (None, np.empty(0))
     fitted = errors(ours, fit_rows)[0]
     return Judged(
         name, fitted, held_out, off, theirs, peer_off, result.base.size, fit.parts[0].cutoff, settings_text(result)
@@ -137,8 +136,8 @@ def judge_arm(name: str, motions: Any, options: Any, coupled: bool = False, peer
 
 def print_joints(judged: Judged) -> None:
     rows = []
-    for k, (a, b) in enumerate(zip(judged.fitted["relative"], judged.held_out["relative"], strict=True)):
-        peer = f"{100 * judged.peer['relative'][k]:.2f}" if judged.peer else "–"
+    for k, (a, b) in enumerate(zip(judged.fitted.relative, judged.held_out.relative, strict=True)):
+        peer = f"{100 * judged.peer.relative[k]:.2f}" if judged.peer else "–"
         rows.append([f"{k + 1}", f"{100 * a:.2f}", f"{100 * b:.2f}", peer])
     title = f"{judged.arm}: error over RMS torque [%], low-pass at {judged.cutoff:.3g} Hz; {judged.settings}"
     Console(width=120).print(make_table(title, ["joint", "fitted", "held out", "FIGAROH, held out"], rows))
@@ -151,18 +150,18 @@ def block_ratio(ours: np.ndarray, theirs: np.ndarray, blocks: int = 20) -> Diffe
 
 
 def arm_rows(judged: Judged) -> list[Row]:
-    better = judged.held_out["relative"] < judged.peer["relative"]
-    ours = " ".join(f"{100 * x:.1f}" for x in judged.held_out["relative"])
-    peer = " ".join(f"{100 * x:.1f}" for x in judged.peer["relative"])
+    better = judged.held_out.relative < judged.peer.relative
+    ours = " ".join(f"{100 * x:.1f}" for x in judged.held_out.relative)
+    peer = " ".join(f"{100 * x:.1f}" for x in judged.peer.relative)
     ratios = [block_ratio(judged.off[:, k], judged.peer_off[:, k]) for k in range(len(better))]
     worst = int(np.argmax([r.mean for r in ratios]))
     return [
         Row(
             f"{judged.arm}: held-out torque error by joint (% of RMS torque)",
-            f"{ours} (all {100 * judged.held_out['total']:.2f}); {judged.settings}",
+            f"{ours} (all {100 * judged.held_out.total:.2f}); {judged.settings}",
             "below FIGAROH's on every joint",
             bool(better.all()),
-            f"FIGAROH {peer} (all {100 * judged.peer['total']:.2f})",
+            f"FIGAROH {peer} (all {100 * judged.peer.total:.2f})",
             f"ours over FIGAROH's, worst joint {worst + 1}: {ratios[worst].text('', '.3f').strip()}",
         )
     ]
@@ -172,7 +171,7 @@ def panda_rows(data: Path) -> list[Row]:
     motions = sets.motions(sets.panda(), data)
     judged = judge_arm("Panda", motions, options_for("Panda", motions))
     print_joints(judged)
-    f, h = 100 * judged.fitted["total"], 100 * judged.held_out["total"]
+    f, h = 100 * judged.fitted.total, 100 * judged.held_out.total
     out = [
         Row("Panda: torque error fitted (%)", f"{f:.2f}", "below 3.40", f < 3.40, "1.41 (Gaz 2019, filter not stated)"),
         Row(
@@ -180,12 +179,12 @@ def panda_rows(data: Path) -> list[Row]:
             f"{h:.2f}",
             "below 3.72",
             h < 3.72,
-            f"FIGAROH {100 * judged.peer['total']:.2f}",
+            f"FIGAROH {100 * judged.peer.total:.2f}",
         ),
     ]
     for cutoff in CUTOFFS:
         one = judge_arm("Panda", motions, options_for("Panda", motions, cutoff), peer=False)
-        a, b = 100 * one.fitted["total"], 100 * one.held_out["total"]
+        a, b = 100 * one.fitted.total, 100 * one.held_out.total
         out.append(
             Row(
                 f"Panda: positions low-passed at {cutoff} Hz, torques as logged (%)",
@@ -262,7 +261,7 @@ def kr5_rows(cases: Path) -> list[Row]:
     base = identification.base_parameters(
         arm_model(motions.cell, [identification.JointTerms()] * motions.cell.robot.joints)
     )
-    relative = 100 * judged.held_out["relative"]
+    relative = 100 * judged.held_out.relative
     return [
         Row(
             "KR5 simulated, 12 ms: held-out error by joint (% of RMS torque)",

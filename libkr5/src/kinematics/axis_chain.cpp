@@ -136,6 +136,10 @@ DhChain chain_from_axes(std::span<const AxisLine> axes, const Eigen::VectorXd& q
   return chain;
 }
 
+bool has_near_parallel_axes(const DhJoint& joint, double parallel) {
+  return std::hypot(std::sin(joint.beta), std::sin(joint.alpha) * std::cos(joint.beta)) < parallel;
+}
+
 std::vector<AxisLine> axes_of(const DhChain& chain, const Eigen::VectorXd& q) {
   const std::vector<Pose> T = chain.link_poses(q);
   std::vector<AxisLine> out;

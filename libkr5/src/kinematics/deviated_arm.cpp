@@ -25,12 +25,20 @@ class KeptChain {
 
  private:
   static bool same(const DhJoint& x, const DhJoint& y) {
-    return x.b == y.b && x.theta_offset == y.theta_offset && x.a == y.a && x.alpha == y.alpha;
+    return x.b == y.b && x.theta_offset == y.theta_offset && x.a == y.a && x.alpha == y.alpha && x.beta == y.beta;
   }
 
   std::vector<DhJoint> joints_;
   std::vector<Pose> poses_;
 };
+
+/// Joint values become part of the rows, so that the chain stands at zero.
+void add_posture(std::vector<DhJoint>& joints, const Eigen::Ref<const Eigen::RowVectorXd>& q) {
+  for (std::size_t i = 0; i < joints.size(); ++i)
+    (joints[i].type == JointType::Revolute ? joints[i].theta_offset : joints[i].b) += q[static_cast<Eigen::Index>(i)];
+}
+
+}  // namespace
 
 double& value_of(DhJoint& joint, DhParameter parameter) {
   switch (parameter) {
@@ -40,19 +48,18 @@ double& value_of(DhJoint& joint, DhParameter parameter) {
       return joint.theta_offset;
     case DhParameter::A:
       return joint.a;
+    case DhParameter::Beta:
+      return joint.beta;
     case DhParameter::Alpha:
       break;
   }
   return joint.alpha;
 }
 
-/// Joint values become part of the rows, so that the chain stands at zero.
-void add_posture(std::vector<DhJoint>& joints, const Eigen::Ref<const Eigen::RowVectorXd>& q) {
-  for (std::size_t i = 0; i < joints.size(); ++i)
-    (joints[i].type == JointType::Revolute ? joints[i].theta_offset : joints[i].b) += q[static_cast<Eigen::Index>(i)];
+double value_of(const DhJoint& joint, DhParameter parameter) {
+  DhJoint copy = joint;
+  return value_of(copy, parameter);
 }
-
-}  // namespace
 
 std::string JointParameter::label() const { return std::string(name_of(parameter)) + std::to_string(joint + 1); }
 

@@ -5,10 +5,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 
-import kr5.cell
 import numpy as np
 import typer
-from kr5 import calibration, kinematics
+from kr5 import calibration
 from kr5.cell import load_cell
 from kr5.files.results import write_result
 from kr5.files.writing import check_writable, write_json
@@ -29,25 +28,18 @@ from kr5_tools.cli.table_options import (
 )
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import Console, console, fail, spinner
-from kr5_tools.identify.axis_chain import chain_of
+from kr5_tools.identify.axis_sentences import axis_warnings, several_text, where
 from kr5_tools.identify.image_turns import Mount, image_turn
-from kr5_tools.identify.turn_checks import (
-    home_point_warnings,
-    length_warnings,
-    near_parallel,
-    nominal_warnings,
-    shift_warnings,
-    uneven_warnings,
-)
 
 app = typer.Typer()
-STANDING = 1e-3  # a joint that moves by less stands still [rad]
-DRAWS = 400  # of the axes, for the uncertainty of the parameters
-MOST_NAMED = 12  # rows of a finding
-PARAMETERS = (
-    *(("b", 1e3, "mm"), ("a", 1e3, "mm")),
-    *((name, 180 / np.pi, "deg") for name in ("alpha", "beta", "theta_offset")),
-)
+# Parameters with the name in tables, and the scale and unit for people.
+PARAMETERS = {
+    "b": ("b", 1e3, "mm"),
+    "theta": ("theta_offset", 180 / np.pi, "deg"),
+    "a": ("a", 1e3, "mm"),
+    "alpha": ("alpha", 180 / np.pi, "deg"),
+    "beta": ("beta", 180 / np.pi, "deg"),
+}
 
 
 @app.command(epilog="Example:  kr5 identify axes turns.csv -o axes.json")
@@ -105,18 +97,18 @@ def axes(
     wanted = TableOptions(columns, joints, position, convention, length, angle)
     turns = _image_turns(files, camera, target, mount) if files[0].is_dir() else _turns(files, wanted)
     tell_notes(wanted.notes)
-    results = []
-    with spinner("Identifying the axes"):
-        for k, samples in enumerate(turns.samples):
-            result = calibration.identify_joint_axis(samples, options)
-            if not result.fit.usable:
-                fail(f"joint {k + 1}{_where(turns.labels[k])}: {result.fit.message}")
-            results.append(result)
     nominal = load_cell(cell).nominal_chain() if cell else None
-    keys = _keys(files, turns, results, nominal)
+    with spinner("Identifying the axes"):
+        result = calibration.identify_arm_axes(
+            turns.samples, turns.home, calibration.ArmAxesOptions(axis=options, nominal=nominal)
+        )
+    for k, axis in enumerate(result.axes):
+        if not axis.fit.usable:
+            fail(f"joint {k + 1}{where(turns.labels[k])}: {axis.fit.message}")
+    keys = _keys(files, turns, result)
     if upright:
-        _add_lengths(keys, results, _upright_axis(upright, wanted, camera, target, mount, options))
-    _show(results, keys, console(json_file))
+        _add_lengths(keys, result, _upright_axis(upright, wanted, camera, target, mount, options))
+    _show(result.axes, keys, console(json_file))
     data = write_result(output, "kr5-axes/1", **keys)
     write_json(data, json_file)
 
@@ -128,10 +120,6 @@ class Turns:
     home: np.ndarray
     samples: list[list[Any]] = field(default_factory=list)
     labels: list[list[str]] = field(default_factory=list)
-
-
-def _where(labels: list[str]) -> str:
-    return f" ({labels[0]} to {labels[-1]})" if labels else ""
 
 
 def _image_turns(folders: list[Path], camera: Path | None, target: str | None, mount: str) -> Turns:
@@ -161,32 +149,18 @@ def _turns(files: list[Path], wanted: TableOptions) -> Turns:
         return out
     file = files[0]
     table = wanted.read(file, [joints_role(), POSE, POINTS])
-    q = table["q"]
-    home = np.array([_commonest(column) for column in q.T])
-    away = np.abs(q - home) > STANDING
-    if (several := np.flatnonzero(away.sum(axis=1) > 1)).size:
-        moved = ", ".join(f"q{k + 1}" for k in np.flatnonzero(away[several[0]]))
-        further = f" (and {_listed([table.row(i) for i in several[1:]])} likewise)" if len(several) > 1 else ""
-        fail(
-            f"{file}: {table.row(several[0])}: {moved} are away from where they usually stand{further}; move one joint"
-            " at a time"
-        )
+    q = np.asarray(table["q"])
+    split = calibration.split_turns(q)
+    if split.several:
+        fail(f"{file}: {several_text(split, [table.row(one.row) for one in split.several])}")
     seen = measured(table)
-    turns = Turns(home)
-    for k in range(q.shape[1]):
-        # Rows with every joint at home belong to each joint.
-        rows = np.flatnonzero(~np.delete(away, k, axis=1).any(axis=1))
-        if not away[:, k].any():
-            fail(f"{file}: joint {k + 1} did not move")
+    if split.still:
+        fail(f"{file}: joint {split.still[0] + 1} did not move")
+    turns = Turns(split.home)
+    for k, rows in enumerate(split.rows):
         turns.samples.append([calibration.JointSample(q=float(q[i, k]), **seen[i]) for i in rows])
-        turns.labels.append([table.row(int(i)) for i in rows])
+        turns.labels.append([table.row(i) for i in rows])
     return turns
-
-
-def _listed(names: list[str]) -> str:
-    """Names with commas; of many, the first."""
-    shown = ", ".join(names[:MOST_NAMED])
-    return f"{shown} and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else shown
 
 
 def _upright_axis(
@@ -201,98 +175,45 @@ def _upright_axis(
     samples, labels = image_turn(source, camera, target, mount) if source.is_dir() else _table_turn(source, wanted)
     result = calibration.identify_joint_axis(samples, options)
     if not result.fit.usable:
-        fail(f"{source}: joint 6{_where(labels)}: {result.fit.message}")
+        fail(f"{source}: joint 6{where(labels)}: {result.fit.message}")
     return result
 
 
 def _add_lengths(
-    keys: dict[str, Any], results: list[calibration.JointAxisResult], sixth_upright: calibration.JointAxisResult
+    keys: dict[str, Any], result: calibration.ArmAxesResult, sixth_upright: calibration.JointAxisResult
 ) -> None:
     """Lengths from distances of parallel axes, beside those from the common normals."""
-    if len(results) != 6:
-        fail(f"--upright: the arm has {len(results)} joints; the distances of parallel axes are those of six")
-    arm = kinematics.DhChain.from_dict(keys["result"]["arm"])
-    tolerance = max(0.01, 3 * max(float(np.sqrt(np.trace(r.covariance[2:, 2:]))) for r in results))
-    if objection := calibration.parallel_plane_objection(arm, tolerance):
-        fail(f"--upright: the distances of parallel axes do not determine the lengths of this arm: {objection}")
-    one, two, three, _, five, six = results
-    distances = calibration.parallel_plane_distances(
-        calibration.ParallelPlaneAxes(
-            axis1=one, axis2=two, axis3=three, axis5=five, axis6=six, axis6_upright=sixth_upright
-        )
-    )
-    lengths = calibration.lengths_from_parallel_planes(distances)
+    found = calibration.identify_upright_lengths(result, sixth_upright)
+    lengths = found.lengths
     if not lengths.fit.usable:
         fail(f"--upright: {lengths.fit.message}")
     spread = 1e3 * np.sqrt(np.diag(lengths.covariance))
     for k, name in enumerate(("a1", "a2", "a3", "b4")):
         label = f"{name}, by parallel planes"
         keys["figures"].append(figure_row(label, 1e3 * getattr(lengths, name), float(spread[k]), "mm"))
-    keys["result"] |= {"parallel_planes": lengths.to_dict(), "axis_distances": distances.to_dict()}
+    keys["result"] |= {"parallel_planes": lengths.to_dict(), "axis_distances": found.distances.to_dict()}
 
 
-def _commonest(column: np.ndarray) -> float:
-    """Where a joint stands most often: the value with the most others within STANDING."""
-    near = [(np.abs(column - value) <= STANDING).sum() for value in column]
-    return float(column[int(np.argmax(near))])
+def _parameter_row(parameter: calibration.ArmParameter) -> dict[str, Any]:
+    name, scale, unit = PARAMETERS[str(parameter.parameter)]
+    return figure_row(f"joint{parameter.joint + 1}.{name}", scale * parameter.value, scale * parameter.std, unit)
 
 
-def _drawn(result: calibration.JointAxisResult, random: np.random.Generator) -> kinematics.AxisLine:
-    """An axis as it may be, by its covariance."""
-    x, y, rx, ry = random.multivariate_normal(np.zeros(4), result.covariance)
-    T = np.asarray(result.T_world_axis)
-    direction = T[:3, :3] @ [np.sin(ry), -np.sin(rx), 1.0]
-    return kinematics.AxisLine(
-        point=T[:3, 3] + T[:3, :3] @ [x, y, 0.0], direction=direction / np.linalg.norm(direction)
-    )
-
-
-def _keys(
-    files: list[Path], turns: Turns, results: list[calibration.JointAxisResult], nominal: kr5.kinematics.DhChain | None
-) -> dict[str, Any]:
-    home = turns.home
-    first = turns.samples[-1][0]
-    end = first.T_world_tool[:3, 3] if first.T_world_tool is not None else first.points[:, 0]
-    chain = chain_of([r.axis for r in results], home, end)
-    random = np.random.default_rng(1)
-    draws = [chain_of([_drawn(r, random) for r in results], home, end) for _ in range(DRAWS)]
-    figures = []
-    for k, joint in enumerate(chain.joints[:-1]):  # the last row ends in whatever was measured
-        for name, scale, unit in PARAMETERS:
-            if k == 0 and name in ("b", "theta_offset"):
-                continue  # where the first frame lies along and about axis 1 is a matter of choice
-            if name == ("b" if near_parallel(joint) else "beta"):
-                continue  # beside near-parallel axes b is a matter of choice, and beta takes its place
-            spread = np.array([getattr(d.joints[k], name) for d in draws]) - getattr(joint, name)
-            if unit == "deg":
-                spread = (spread + np.pi) % (2 * np.pi) - np.pi
-            figures.append(
-                figure_row(f"joint{k + 1}.{name}", scale * getattr(joint, name), scale * float(spread.std()), unit)
-            )
-    warnings = [f"joint {k + 1}: {text}" for k, r in enumerate(results) for text in r.warnings]
-    for k, r in enumerate(results):
-        if r.outliers:
-            names = _listed([turns.labels[k][i] for i in r.outliers])
-            warnings.append(f"joint {k + 1}: left out because they contradict the others: {names}")
-    warnings += shift_warnings(turns.labels, results)
-    warnings += uneven_warnings(turns.samples, turns.labels, results)
-    warnings += home_point_warnings(turns.samples, turns.labels, results, home)
-    warnings += length_warnings(chain)
-    if nominal is not None:
-        warnings += nominal_warnings(chain, nominal, home)
-    worst = min(range(len(results)), key=lambda k: results[k].quality)
+def _keys(files: list[Path], turns: Turns, result: calibration.ArmAxesResult) -> dict[str, Any]:
+    warnings = axis_warnings(result, turns.labels)
+    worst = min(range(len(result.axes)), key=lambda k: result.axes[k].quality)
     text = (
-        f"{len(results)} axes; the least certain is that of joint {worst + 1}, whose singular values are"
-        f" {results[worst].quality:.0f} to 1"
+        f"{len(result.axes)} axes; the least certain is that of joint {worst + 1}, whose singular values are"
+        f" {result.axes[worst].quality:.0f} to 1"
     )
     frames = [{"name": "device", "parent": None, "T": np.eye(4)}]
-    frames += [{"name": f"axis {k + 1}", "parent": "device", "T": r.T_world_axis} for k, r in enumerate(results)]
+    frames += [{"name": f"axis {k + 1}", "parent": "device", "T": r.T_world_axis} for k, r in enumerate(result.axes)]
     return {
         "input": {"files": [str(f) for f in files]},
         "verdict": {"word": "doubtful" if warnings else "good", "text": "; ".join([text, *warnings])},
-        "figures": figures,
+        "figures": [_parameter_row(one) for one in result.parameters],
         "frames": frames,
-        "result": {"axes": [r.to_dict() for r in results], "arm": chain.to_dict(), "home": home},
+        "result": {"axes": [r.to_dict() for r in result.axes], "arm": result.arm.to_dict(), "home": result.home},
     }
 
 

@@ -100,38 +100,16 @@ def dynamics(
     write_json(data, json_file)
 
 
-def torque_errors(measured: np.ndarray, predicted: np.ndarray) -> dict[str, Any]:
-    """RMS error of each joint, the same over the RMS of the measured torque, and the norm of all over that of all."""
-    off = measured - predicted
-    size = np.linalg.norm(measured, axis=0)
-    return {
-        "rms": np.sqrt((off**2).mean(0)),
-        "relative": np.linalg.norm(off, axis=0) / np.where(size > 0, size, 1.0),
-        "total": float(np.linalg.norm(off) / np.linalg.norm(measured)),
-    }
-
-
 def _judged(result: kr5.identification.DynamicsResult, part: Part) -> tuple[dict[str, Any], dict[str, Any]]:
     """Errors of a part against the torques as logged and as smoothed, and the curves of its plot."""
     motion = merged_motion([p.motion for p in part.parts])
     predicted = np.asarray(identification.predict_torques(result, motion))
     measured, smoothed = part.measured(), np.asarray(motion.tau)
     every = max(1, len(predicted) // SHOWN_SAMPLES)
-    errors = {**torque_errors(measured, predicted), "smoothed": torque_errors(smoothed, predicted)}
+    as_logged, as_smoothed = (identification.torque_error(m, predicted).to_dict() for m in (measured, smoothed))
+    errors = {**as_logged, "smoothed": as_smoothed}
     curves = {"t": np.asarray(motion.t)[::every], "measured": smoothed[::every], "predicted": predicted[::every]}
     return errors, curves
-
-
-def base_unit(expression: str) -> str:
-    """Unit of a base parameter, by the first standard parameter in its expression."""
-    first = expression.lstrip("- ").split()[0].lstrip("0123456789.")
-    if first.startswith(("fv", "fvd", "fvt")):
-        return "N m s/rad"
-    if first.startswith("f"):
-        return "N m"
-    if first.startswith("I"):
-        return "kg m²"
-    return "kg m" if " c" in expression[:12] else "kg"
 
 
 def result_keys(
@@ -140,8 +118,8 @@ def result_keys(
     """What the result file holds beside its head."""
     base, seen = result.base, result.observability
     figures = [
-        figure_row(e, float(v), float(s), base_unit(e))
-        for e, v, s in zip(base.expressions, result.values, result.deviations, strict=True)
+        figure_row(e, float(v), float(s), unit.replace("^2", "²"))
+        for e, v, s, unit in zip(base.expressions, result.values, result.deviations, base.units, strict=True)
     ]
     errors, curves = {}, {}
     errors["fitted"], curves["fitted"] = _judged(result, fit)

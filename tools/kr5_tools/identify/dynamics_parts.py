@@ -29,10 +29,8 @@ class Part:
 
 def condition_parts(motions: MotionLogs, options: kr5.identification.ConditioningOptions) -> tuple[Part, Part]:
     """Both parts conditioned alike; ends with every error that is found."""
-    fit, check = [identification.condition_log(log, options) for log in motions.fit], []
-    if all(p.usable for p in fit) and options.cutoff == 0:
-        options.cutoff = float(np.median([p.cutoff for p in fit]))  # the check is filtered alike
-        options.decimation = options.decimation or round(float(np.median([p.decimation for p in fit])))
-    check = [identification.condition_log(log, options) for log in motions.check]
+    fit = [identification.condition_log(log, options) for log in motions.fit]
+    alike = identification.conditioning_like(fit, options)
+    check = [identification.condition_log(log, alike) for log in motions.check]
     require_usable([*fit, *check])
     return Part(fit), Part(check)

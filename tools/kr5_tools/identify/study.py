@@ -16,11 +16,10 @@ from kr5.files.writing import check_writable, write_json
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import Console, console, fail, track
-from kr5_tools.identify.axis_chain import chain_of
 from kr5_tools.identify.devices import Device, make_devices
 
 app = typer.Typer()
-NEAR_PARALLEL = 0.1  # sine of the angle of two axes below which b is a matter of choice
+LEAST = 6  # measurements of an arc
 DEGREE = np.pi / 180
 
 
@@ -53,7 +52,7 @@ def study(
     samples: Annotated[
         int | None,
         typer.Option(
-            min=6,
+            min=LEAST,
             max=10000,
             help="Measurements of each arc; by default total station 20, laser tracker 200, camera 40.",
         ),
@@ -166,7 +165,7 @@ def chain_errors(found: kinematics.DhChain, true: kinematics.DhChain) -> Errors:
 
     for k, (f, t) in enumerate(zip(found.joints[:-1], true.joints[:-1], strict=True)):
         add(f"a{k + 1}", True, f.a - t.a)
-        if k > 0 and abs(np.sin(t.alpha)) > NEAR_PARALLEL:
+        if k > 0 and not kinematics.has_near_parallel_axes(t):
             add(f"b{k + 1}", True, f.b - t.b)
         turned = (f.alpha - t.alpha + np.pi) % (2 * np.pi) - np.pi
         add(f"alpha{k + 1}", False, float(np.hypot(turned, f.beta - t.beta)))
@@ -185,7 +184,6 @@ def simulate(
 ) -> dict[str, Any]:
     """Errors of several identifications with one device, arc and noise."""
     true = kinematics.chain_from_axes(kinematics.axes_of(chain, home), home, chain.flange(home))
-    end = chain.flange(home)[:3, 3]
     offsets = np.linspace(-arc / 2, arc / 2, samples)
     turns = []
     for k in range(len(home)):
@@ -195,14 +193,12 @@ def simulate(
     for trial in range(trials):
         random = np.random.default_rng([seed, trial])
         device.begin(random)
-        results = [_axis(device.measure(turn, noise, random)) for turn in turns]
-        bad = [f"joint {k + 1}: {text}" for k, (_, text) in enumerate(results) if text]
-        if bad:
-            refused = bad[0]
+        found, text = _arm([device.measure(turn, noise, random) for turn in turns], home)
+        if found is None:
+            refused = text
             continue
-        axes = [r for r, _ in results]
-        quality += [r.quality for r in axes]
-        errors.append(chain_errors(chain_of([r.axis for r in axes], home, end), true))
+        quality += [axis.quality for axis in found.axes]
+        errors.append(chain_errors(found.arm, true))
     out: dict[str, Any] = {"trials": trials, "refused": trials - len(errors), "reason": refused}
     if not errors:
         return out
@@ -221,12 +217,13 @@ def simulate(
     }
 
 
-def _axis(measured: list[calibration.JointSample]) -> tuple[calibration.JointAxisResult | None, str]:
-    """The axis, or why there is none."""
-    if len(measured) < 6:
-        return None, f"the target was seen in {len(measured)} postures only"
-    result = calibration.identify_joint_axis(measured)
-    return result, "" if result.fit.usable else result.fit.message
+def _arm(turns: list[list[calibration.JointSample]], home: np.ndarray) -> tuple[calibration.ArmAxesResult | None, str]:
+    """The arm, or why there is none."""
+    for k, turn in enumerate(turns):
+        if len(turn) < LEAST:
+            return None, f"joint {k + 1}: the target was seen in {len(turn)} postures only"
+    found = calibration.identify_arm_axes(turns, home)
+    return (found, "") if found.fit.usable else (None, found.fit.message)
 
 
 def _keys(

@@ -36,6 +36,7 @@ struct BaseParameters {
   std::vector<int> independent;          ///< Their columns that are kept, b of them, in ascending order.
   Eigen::MatrixXd regrouping;            ///< B, b x P [-, m, m^2].
   std::vector<std::string> expressions;  ///< Each base parameter in standard ones: "I2zz + Ia2 - 0.36 m2".
+  std::vector<std::string> units;        ///< Of each base parameter.
 
   int size() const { return static_cast<int>(independent.size()); }
   /// Base parameters of standard ones.
@@ -50,6 +51,7 @@ struct BaseParameters {
     visit("independent", self.independent, "Columns of the regressor that are kept, from 0.");
     visit("regrouping", self.regrouping, "B, base x standard: base parameters are B chi.");
     visit("expressions", self.expressions, "Each base parameter as an expression in standard parameters.");
+    visit("units", self.units, "Unit of each base parameter.");
   }
 };
 

@@ -78,6 +78,11 @@ struct TorqueError {
   }
 };
 
+/// Errors of torques, samples x joints [N m or N]; zeros without samples. Of a joint whose measured torques are all 0,
+/// `relative` is the norm of its errors.
+/// @throws InvalidArgument for sizes that differ.
+TorqueError torque_error(const Eigen::MatrixXd& measured, const Eigen::MatrixXd& predicted);
+
 struct DynamicsResult {
   FitReport fit;
   Estimator estimator = Estimator::Weighted;  ///< As chosen, or given.

@@ -92,6 +92,8 @@ class DynamicsRegressor {
   /// (Stribeck), "fl2" (load), "fct2" and "fvt2" (warming up), "fcT2" and "fvT2" (per degree), "fcm2", "fvm2"
   /// and "fsm2" (motor, on the side of its own joint). Joints are counted from 1.
   const std::vector<std::string>& names() const { return names_; }
+  /// Unit of each parameter.
+  const std::vector<std::string>& units() const { return units_; }
   /// Position of a parameter; -1 when the model does not have it.
   int index(const std::string& name) const;
 
@@ -120,7 +122,7 @@ class DynamicsRegressor {
                           const Eigen::MatrixXd& load, JointRegressor& rows) const;
 
   DynamicsModel model_;
-  std::vector<std::string> names_;
+  std::vector<std::string> names_, units_;
   std::vector<Term> terms_;  ///< Of parameters 13 n and up.
 };
 

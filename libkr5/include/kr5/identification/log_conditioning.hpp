@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -125,5 +126,9 @@ std::vector<LogFinding> check_log(const JointLog& log, const ConditioningOptions
 /// empty and the message names the first.
 /// @throws InvalidArgument for sizes that differ or invalid options.
 ConditionedMotion condition_log(const JointLog& log, const ConditioningOptions& options = {});
+
+/// Options by which further logs are conditioned as these were: the medians of their cutoffs and decimations, where the
+/// options leave both to the log. The same options when a log was not usable, or there is none.
+ConditioningOptions conditioning_like(std::span<const ConditionedMotion> motions, const ConditioningOptions& options);
 
 }  // namespace kr5::identification

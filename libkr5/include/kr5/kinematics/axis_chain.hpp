@@ -24,6 +24,9 @@ struct AxisLine {
   }
 };
 
+/// Sine of the angle between neighbouring axes below which they are taken as near-parallel [-].
+inline constexpr double near_parallel_sine = 0.1;
+
 /// The chain of revolute joints whose axes lie so in the base when the joint values are q.
 ///
 /// Link lengths and twists are the dual angles of neighbouring axes, offsets and joint angles those of neighbouring
@@ -34,7 +37,11 @@ struct AxisLine {
 ///                      axis, nor its turn about it: those belong to the tool.
 /// @throws InvalidArgument for no axis, a direction that is no unit vector, or sizes that differ.
 DhChain chain_from_axes(std::span<const AxisLine> axes, const Eigen::VectorXd& q, const Pose& T_base_flange,
-                        double parallel = 0.1);
+                        double parallel = near_parallel_sine);
+
+/// Whether the axes before and behind a link are near-parallel, as chain_from_axes takes it: beta is then one of its
+/// parameters, and b is 0 by choice.
+bool has_near_parallel_axes(const DhJoint& joint, double parallel = near_parallel_sine);
 
 /// The axes of a chain of revolute joints at joint values q, in the base.
 std::vector<AxisLine> axes_of(const DhChain& chain, const Eigen::VectorXd& q);

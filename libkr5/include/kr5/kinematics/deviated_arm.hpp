@@ -12,28 +12,37 @@
 
 namespace kr5::kinematics {
 
-enum class DhParameter { B, Theta, A, Alpha };
+enum class DhParameter { B, Theta, A, Alpha, Beta };
 constexpr auto enum_names(DhParameter) {
-  return names<DhParameter>(
-      {{DhParameter::B, "b"}, {DhParameter::Theta, "theta"}, {DhParameter::A, "a"}, {DhParameter::Alpha, "alpha"}});
+  return names<DhParameter>({{DhParameter::B, "b"},
+                             {DhParameter::Theta, "theta"},
+                             {DhParameter::A, "a"},
+                             {DhParameter::Alpha, "alpha"},
+                             {DhParameter::Beta, "beta"}});
 }
+
+constexpr bool is_length(DhParameter parameter) { return parameter == DhParameter::B || parameter == DhParameter::A; }
+
+/// The number of a row that a parameter names [m or rad].
+double& value_of(DhJoint& joint, DhParameter parameter);
+double value_of(const DhJoint& joint, DhParameter parameter);
 
 /// A parameter of one joint.
 struct JointParameter {
   int joint = 0;
   DhParameter parameter = DhParameter::B;
 
-  /// As in tables: b1, theta1, a1, alpha1 for the first joint.
+  /// As in tables: b1, theta1, a1, alpha1, beta1 for the first joint.
   std::string label() const;
-  bool is_length() const { return parameter == DhParameter::B || parameter == DhParameter::A; }
+  bool is_length() const { return kinematics::is_length(parameter); }
 
   static void each_field(auto& self, auto&& visit) {
     visit("joint", self.joint, "Joint, from 0.");
-    visit("parameter", self.parameter, "Parameter of its row: b | theta | a | alpha.");
+    visit("parameter", self.parameter, "Parameter of its row: b | theta | a | alpha | beta.");
   }
 };
 
-/// The four parameters of every joint of a chain, joint by joint.
+/// The parameters b, theta, a and alpha of every joint of a chain, joint by joint.
 std::vector<JointParameter> joint_parameters(const DhChain& chain);
 
 /// An arm of which parameters are off, beside the nominal one.

@@ -10,6 +10,8 @@
 #include <Eigen/Dense>
 #include <kr5/core/error.hpp>
 
+#include "calibration/kinematics/shifted_axis.hpp"
+
 namespace kr5::calibration {
 namespace {
 
@@ -27,15 +29,6 @@ std::string with_digits(double value, int digits) {
   std::ostringstream text;
   text << std::fixed << std::setprecision(digits) << value;
   return text.str();
-}
-
-/// An axis whose place and tilt in its own frame changed by d = [x, y, rx, ry].
-AxisLine shifted_axis(const JointAxisResult& axis, const Eigen::Vector4d& d) {
-  const Eigen::Matrix3d& R = axis.T_world_axis.linear();
-  const double height = R.col(2).dot(axis.axis.point - axis.T_world_axis.translation());
-  const Vector3d tilt(d[3], -d[2], 0.0);
-  return {axis.axis.point + R * (Vector3d(d[0], d[1], 0.0) + height * tilt),
-          (axis.axis.direction + R * tilt).normalized()};
 }
 
 /// Direction that axes have in common, in the sense of the first.

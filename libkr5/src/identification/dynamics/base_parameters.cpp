@@ -96,13 +96,14 @@ BaseParameters base_parameters(const DynamicsModel& model, const BaseParameterOp
   const JointMotion states = random_states(model, options, options.samples > 0 ? options.samples : 2 * p);
   const MatrixXd R = triangular_factor(regressor.evaluate(states, states.tau));
   const ColumnSplit split = split_columns(R, preferred_order(model.joints(), p), options.tolerance);
-  BaseParameters out{regressor.names(), split.independent, {}, {}};
+  BaseParameters out{regressor.names(), split.independent, {}, {}, {}};
   out.regrouping = MatrixXd::Zero(out.size(), p);
   for (int k = 0; k < out.size(); ++k) {
     out.regrouping(k, split.independent[static_cast<std::size_t>(k)]) = 1.0;
     for (std::size_t d = 0; d < split.dependent.size(); ++d)
       out.regrouping(k, split.dependent[d]) = split.coefficients(k, static_cast<Index>(d));
     out.expressions.push_back(linear_expression(out.regrouping.row(k), out.parameters));
+    out.units.push_back(regressor.units()[static_cast<std::size_t>(split.independent[static_cast<std::size_t>(k)])]);
   }
   return out;
 }

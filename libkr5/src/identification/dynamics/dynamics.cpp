@@ -34,17 +34,6 @@ bool needs_load(const DynamicsModel& model) {
   return std::any_of(model.terms.begin(), model.terms.end(), [](const JointTerms& t) { return t.load; });
 }
 
-TorqueError torque_error(const MatrixXd& measured, const MatrixXd& predicted) {
-  TorqueError out;
-  if (measured.rows() == 0) return out;
-  const MatrixXd off = measured - predicted;
-  const double root = std::sqrt(static_cast<double>(measured.rows()));
-  out.rms = off.colwise().norm().transpose() / root;
-  out.relative = off.colwise().norm().cwiseQuotient(measured.colwise().norm()).transpose();
-  out.total = off.norm() / measured.norm();
-  return out;
-}
-
 std::string joined(const std::vector<std::string>& words, std::size_t most = 6) {
   std::string out;
   for (std::size_t k = 0; k < std::min(words.size(), most); ++k) out += (k ? ", " : "") + words[k];
@@ -244,6 +233,20 @@ void say_unobservable(DynamicsResult& out) {
 }
 
 }  // namespace
+
+TorqueError torque_error(const MatrixXd& measured, const MatrixXd& predicted) {
+  require(measured.rows() == predicted.rows() && measured.cols() == predicted.cols(),
+          "predicted: expected " + std::to_string(measured.rows()) + " x " + std::to_string(measured.cols()) +
+              " torques, found " + std::to_string(predicted.rows()) + " x " + std::to_string(predicted.cols()));
+  TorqueError out;
+  if (measured.rows() == 0) return out;
+  const MatrixXd off = measured - predicted;
+  const VectorXd errors = off.colwise().norm(), sizes = measured.colwise().norm();
+  out.rms = errors / std::sqrt(static_cast<double>(measured.rows()));
+  out.relative = errors.cwiseQuotient((sizes.array() > 0).select(sizes, 1.0));
+  out.total = off.norm() / measured.norm();
+  return out;
+}
 
 void DynamicsOptions::validate() const {
   require(held_out >= 0 && held_out < 1, "held_out must be at least 0 and below 1 [-]");

@@ -34,6 +34,14 @@ std::string parameter_name(int joint, int k) {
   return (k == coulomb_at ? "fc" : k == viscous_at ? "fv" : "Ia") + i;
 }
 
+std::string parameter_unit(int k, bool slides) {
+  if (k < 6) return "kg m^2";
+  if (k < 9) return "kg m";
+  if (k == 9) return "kg";
+  if (k == rotor_at) return slides ? "kg" : "kg m^2";
+  return friction_unit(k == coulomb_at ? FrictionFactor::One : FrictionFactor::Speed, slides);
+}
+
 /// Whether a parameter is one of the ten of a link.
 bool is_of_link(int column, int joints) {
   return column < parameters_per_joint * joints && column % parameters_per_joint < inertial_count;
@@ -99,14 +107,21 @@ DynamicsRegressor::DynamicsRegressor(DynamicsModel model) : model_(std::move(mod
   model_.validate();
   const int n = joints();
   model_.terms.resize(static_cast<std::size_t>(n));
+  const auto slides = [&](int i) {
+    return model_.chain.joints[static_cast<std::size_t>(i)].type == kinematics::JointType::Prismatic;
+  };
   for (int i = 0; i < n; ++i)
-    for (int k = 0; k < parameters_per_joint; ++k) names_.push_back(parameter_name(i, k));
+    for (int k = 0; k < parameters_per_joint; ++k) {
+      names_.push_back(parameter_name(i, k));
+      units_.push_back(parameter_unit(k, slides(i)));
+    }
   for (int i = 0; i < n; ++i) {
     const std::vector<FrictionTerm>& table = friction_term_table();
     for (std::size_t row = 0; row < table.size(); ++row) {
       if (!table[row].present(model_.terms[static_cast<std::size_t>(i)])) continue;
       if (table[row].motor && !is_shared(model_.structure, i)) continue;
       names_.push_back(table[row].name + std::to_string(i + 1));
+      units_.push_back(friction_unit(table[row].factor, slides(i)));
       terms_.push_back({i, row});
     }
   }

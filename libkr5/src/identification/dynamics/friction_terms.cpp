@@ -95,6 +95,23 @@ JointSignals motor_signals(const Eigen::MatrixXd& structure, const JointMotion& 
   return out;
 }
 
+std::string friction_unit(FrictionFactor factor, bool slides) {
+  const std::string torque = slides ? "N" : "N m";
+  switch (factor) {
+    case FrictionFactor::Speed:
+      return slides ? "N s/m" : "N m s/rad";
+    case FrictionFactor::Load:
+      return "-";
+    case FrictionFactor::Temperature:
+      return torque + "/K";
+    case FrictionFactor::SpeedAndTemperature:
+      return slides ? "N s/(m K)" : "N m s/(rad K)";
+    case FrictionFactor::One:
+      break;
+  }
+  return torque;
+}
+
 bool is_shared(const Eigen::MatrixXd& structure, Eigen::Index joint) {
   return structure.size() > 0 && (structure.row(joint).array() != 0.0).count() > 1;
 }
@@ -121,41 +138,45 @@ const std::vector<FrictionTerm>& friction_term_table() {
   using Terms = const JointTerms&;
   using Signals = const JointSignals&;
   using T = JointTerms;
+  using F = FrictionFactor;
   static const std::vector<FrictionTerm> table = {
-      {"fo", [](Terms t) { return t.offset; }, [](Terms, Signals at) -> ArrayXd { return ArrayXd::Ones(at.t.size()); },
+      {"fo", F::One, [](Terms t) { return t.offset; },
+       [](Terms, Signals at) -> ArrayXd { return ArrayXd::Ones(at.t.size()); },
        [](Terms now, Signals) { return with(now, &T::offset); }, &T::offset, nullptr},
-      {"fcd", [](Terms t) { return t.direction && !t.offset; },  // beside a constant nothing tells it from that
+      {"fcd", F::One, [](Terms t) { return t.direction && !t.offset; },  // beside a constant nothing tells it from that
        [](Terms, Signals at) -> ArrayXd { return physics::smoothed_sign(at.speed).square(); },
        [](Terms now, Signals) { return with(now, &T::direction); }, &T::direction, nullptr},
-      {"fvd", [](Terms t) { return t.direction; },
+      {"fvd", F::Speed, [](Terms t) { return t.direction; },
        [](Terms, Signals at) -> ArrayXd { return physics::smoothed_sign(at.speed) * at.speed; }, not_offered,
        &T::direction, nullptr},
-      {"fs", [](Terms t) { return t.stribeck_velocity > 0; },
+      {"fs", F::One, [](Terms t) { return t.stribeck_velocity > 0; },
        [](Terms t, Signals at) { return stribeck_column(t.stribeck_velocity, at); },
        [](Terms now, Signals at) { return stribeck_offers(now, at, &T::stribeck_velocity); }, nullptr,
        &T::stribeck_velocity},
-      {"fl", [](Terms t) { return t.load; },
+      {"fl", F::Load, [](Terms t) { return t.load; },
        [](Terms, Signals at) { return unit_friction(unit_law(&physics::JointFriction::load_coefficient), at); },
        [](Terms now, Signals) { return with(now, &T::load); }, &T::load, nullptr},
-      {"fct", [](Terms t) { return t.thermal_time_constant > 0 && t.coulomb; },
+      {"fct", F::One, [](Terms t) { return t.thermal_time_constant > 0 && t.coulomb; },
        [](Terms t, Signals at) { return warming_column(unit_law(&physics::JointFriction::coulomb), t, at); },
        warming_offers, nullptr, &T::thermal_time_constant},
-      {"fvt", [](Terms t) { return t.thermal_time_constant > 0 && t.viscous; },
+      {"fvt", F::Speed, [](Terms t) { return t.thermal_time_constant > 0 && t.viscous; },
        [](Terms t, Signals at) { return warming_column(unit_law(&physics::JointFriction::viscous), t, at); },
        [](Terms now, Signals at) { return now.coulomb ? Shapes{} : warming_offers(now, at); }, nullptr,
        &T::thermal_time_constant},
-      {"fcT", [](Terms t) { return t.temperature && t.coulomb; },
+      {"fcT", F::Temperature, [](Terms t) { return t.temperature && t.coulomb; },
        [](Terms t, Signals at) -> ArrayXd { return coulomb_column(at) * (at.temperature - t.temperature_reference); },
        temperature_offers, &T::temperature, nullptr},
-      {"fvT", [](Terms t) { return t.temperature && t.viscous; },
+      {"fvT", F::SpeedAndTemperature, [](Terms t) { return t.temperature && t.viscous; },
        [](Terms t, Signals at) -> ArrayXd { return viscous_column(at) * (at.temperature - t.temperature_reference); },
        [](Terms now, Signals at) { return now.coulomb ? Shapes{} : temperature_offers(now, at); }, &T::temperature,
        nullptr},
-      {"fcm", [](Terms t) { return t.motor && t.coulomb; }, [](Terms, Signals at) { return coulomb_column(at); },
-       [](Terms now, Signals) { return with(now, &T::motor); }, &T::motor, nullptr, true},
-      {"fvm", [](Terms t) { return t.motor && t.viscous; }, [](Terms, Signals at) { return viscous_column(at); },
+      {"fcm", F::One, [](Terms t) { return t.motor && t.coulomb; },
+       [](Terms, Signals at) { return coulomb_column(at); }, [](Terms now, Signals) { return with(now, &T::motor); },
+       &T::motor, nullptr, true},
+      {"fvm", F::Speed, [](Terms t) { return t.motor && t.viscous; },
+       [](Terms, Signals at) { return viscous_column(at); },
        [](Terms now, Signals) { return now.coulomb ? Shapes{} : with(now, &T::motor); }, &T::motor, nullptr, true},
-      {"fsm", [](Terms t) { return t.motor_stribeck_velocity > 0; },
+      {"fsm", F::One, [](Terms t) { return t.motor_stribeck_velocity > 0; },
        [](Terms t, Signals at) { return stribeck_column(t.motor_stribeck_velocity, at); },
        [](Terms now, Signals at) { return stribeck_offers(now, at, &T::motor_stribeck_velocity); }, nullptr,
        &T::motor_stribeck_velocity, true},

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include <kr5/identification/dynamics_model.hpp>
@@ -27,9 +28,16 @@ JointSignals motor_signals(const Eigen::MatrixXd& structure, const JointMotion& 
 /// Whether several joints turn the motor of this one.
 bool is_shared(const Eigen::MatrixXd& structure, Eigen::Index joint);
 
+/// What the parameter of a term is multiplied by: its unit times that of this is a torque.
+enum class FrictionFactor { One, Speed, Load, Temperature, SpeedAndTemperature };
+
+/// Unit of a parameter of a joint, which turns or slides.
+std::string friction_unit(FrictionFactor factor, bool slides);
+
 /// One further parameter of a joint.
 struct FrictionTerm {
   const char* name;  ///< Of the parameter, before the number of the joint.
+  FrictionFactor factor;
   bool (*present)(const JointTerms&);
   Eigen::ArrayXd (*column)(const JointTerms&, const JointSignals&);
   /// Terms of a joint with this one more, for each shape that is worth trying; none where it cannot be told.

@@ -21,14 +21,6 @@ using Eigen::VectorXd;
 
 constexpr int moments_count = kinematics::inertial_parameter_count;
 
-TorqueError error_of(const MatrixXd& measured, const MatrixXd& off) {
-  TorqueError out;
-  out.rms = off.colwise().norm().transpose() / std::sqrt(static_cast<double>(off.rows()));
-  out.relative = off.colwise().norm().cwiseQuotient(measured.colwise().norm()).transpose();
-  out.total = off.norm() / measured.norm();
-  return out;
-}
-
 /// From the order of eq. 4.36 to that of kinematics::InertialParameters.
 Eigen::Matrix<double, moments_count, moments_count> reordering() {
   Eigen::Matrix<double, moments_count, moments_count> out;
@@ -106,8 +98,8 @@ PayloadResult to_payload(const JointMotion& loaded, const MatrixXd& bare, const 
     untold.push_back(regressor.names()[static_cast<std::size_t>(problem.rows.columns[static_cast<std::size_t>(k)])]);
   VectorXd found = VectorXd::Zero(regressor.parameters());
   found(problem.rows.columns) = problem.fit.beta;
-  out.fitted = error_of(loaded.tau, loaded.tau - bare - regressor.torques(loaded, found));
-  out.without = error_of(loaded.tau, loaded.tau - bare);
+  out.fitted = torque_error(loaded.tau, bare + regressor.torques(loaded, found));
+  out.without = torque_error(loaded.tau, bare);
   out.fit.iterations = problem.fit.iterations;
   const auto whitened = [&](const MatrixXd& off) {
     return (off * problem.fit.sigma.cwiseInverse().asDiagonal()).norm() / std::sqrt(static_cast<double>(off.size()));
