@@ -9,6 +9,7 @@
 #include <kr5/vision/hand_eye_closed_form.hpp>
 #include <kr5/vision/marker_map.hpp>
 #include <kr5/vision/render.hpp>
+#include <kr5/vision/tag_grid.hpp>
 #include <kr5/vision/target_pose.hpp>
 #include <kr5/vision/visual_servo.hpp>
 
@@ -119,6 +120,16 @@ static void bind_detect(py::module_& m) {
       py::arg("image"), py::arg("options") = TagOptions(),
       "Every marker of the families in a grey image (uint8, height x width); several with the same id are all "
       "returned.");
+  python::bind_struct<TagGridOptions>(m, "TagGridOptions", "Options of guess_tag_grid.");
+  python::bind_struct<TagGrid>(m, "TagGrid", "Board of tags numbered row by row from 0, told from images of it.");
+  m.def(
+      "guess_tag_grid",
+      [](const std::vector<std::vector<TagDetection>>& images, const TagGridOptions& options) {
+        return guess_tag_grid(images, options);
+      },
+      py::arg("images"), py::arg("options") = TagGridOptions(),
+      "Rows, columns and gap of the board of tags that images show, from the markers found in each of them (lists of\n"
+      "TagDetection). Check fit.usable.");
   m.def(
       "find_target",
       [](const GreyArray& image, const Target& target, const DetectOptions& options) {
