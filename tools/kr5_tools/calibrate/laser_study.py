@@ -72,9 +72,7 @@ def laser_study(
     write_json(data, json_file)
 
 
-def _measure(
-    of: cell.Cell, stand_off: float, speed: float, options: calibration.ScanErrorOptions
-) -> dict[str, float]:
+def _measure(of: cell.Cell, stand_off: float, speed: float, options: calibration.ScanErrorOptions) -> dict[str, float]:
     """Errors of the clouds of some passes [m]."""
     found = calibration.simulate_scan_error(of, stand_off, speed, options)
     if not found.fit.usable:

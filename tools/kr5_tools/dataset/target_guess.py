@@ -29,8 +29,8 @@ def guess_target(text: str, keys: Mapping[str, object], images: dict[Path, np.nd
         return best
     if shown.ids:
         raise kr5.InvalidArgument(
-            f"tags of {shown.family} are seen, but neither one of them nor a grid numbered row by row from 0: find their"
-            " places with `kr5 calibrate map`, and name the map with --target"
+            f"tags of {shown.family} are seen, but neither one of them nor a grid numbered row by row from 0: find"
+            " their places with `kr5 calibrate map`, and name the map with --target"
         )
     raise kr5.InvalidArgument(f"no known target was found in {', '.join(map(str, images))}; name it with --target")
 

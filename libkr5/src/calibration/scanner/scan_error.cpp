@@ -11,6 +11,7 @@
 
 #include <kr5/calibration/profile_cloud.hpp>
 #include <kr5/calibration/sphere_fit.hpp>
+#include <kr5/cell/effect.hpp>
 #include <kr5/core/error.hpp>
 #include <kr5/core/random.hpp>
 #include <kr5/kinematics/inverse.hpp>
@@ -28,6 +29,16 @@ struct ScanPass {
   std::vector<Pose> T_base_flange;
 };
 
+/// Sets the effect of the scanner that has this parameter alone.
+void set_scanner_effect(cell::Cell& cell, const std::string& parameter, double value) {
+  for (const cell::Effect& row : cell::effect_catalogue())
+    if (row.target == cell::EffectTarget::Laser && row.parameters.size() == 1 && row.parameters[0].name == parameter) {
+      cell.effects.set(row.id, std::string(name_of(row.target)), parameter, value);
+      return;
+    }
+  throw InvalidArgument("no effect of the scanner has the parameter " + parameter + " alone");
+}
+
 /// Sums of squares over passes.
 struct ScanErrorSum {
   double squares = 0.0, centre = 0.0;
@@ -43,8 +54,8 @@ class ScanStudy {
     require(cell.laser && cell.laser->target && cell::T_flange_scanner(cell),
             "the cell has no laser with a mount and a target");
     require(cell.robot.limits.has_value(), "the cell states no robot.limits, within which postures are chosen");
-    real_.effects.set("laser_bias", "laser", "bias", options.bias);
-    real_.effects.set("laser_lag", "laser", "lag", options.lag);
+    set_scanner_effect(real_, "bias", options.bias);
+    set_scanner_effect(real_, "lag", options.lag);
     real_.validate();
     T_flange_scanner_ = *cell::T_flange_scanner(cell);
   }
