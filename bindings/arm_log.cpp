@@ -6,7 +6,9 @@
 #include <kr5/arm_log/model_parts.hpp>
 #include <kr5/arm_log/motion_split.hpp>
 #include <kr5/arm_log/read_log.hpp>
+#include <kr5/arm_log/time_unit.hpp>
 #include <kr5/arm_log/torque_constants.hpp>
+#include <kr5/arm_log/two_publishers.hpp>
 
 #include "interruptible.hpp"
 #include "progress.hpp"
@@ -38,6 +40,11 @@ void bind_log(py::module_& m) {
   m.def("read_log", &read_log, py::arg("file"), py::arg("cell"), py::arg("columns") = LogColumns{},
         "Log in a file of comma-separated numbers under one header line; kr5.logs reads more forms. Raises IoError or "
         "InvalidArgument naming file, line or column.");
+  bind_enum<TimeUnit>(m, "TimeUnit", "Unit of the time stamps of a log.");
+  m.def("guess_time_unit", &guess_time_unit, py::arg("stamps"), py::arg("usual_step") = 0.005,
+        "Unit of time stamps of which nothing tells it; usual_step: between rows of such logs, 0: not known [s].");
+  m.def("written_in_turn", &written_in_turn, py::arg("positions"),
+        "Whether positions of a joint jump to and fro, as those of two publishers do.");
   bind_enum<LogNoteKind>(m, "LogNoteKind", "What a note on a log tells.");
   bind_struct<LogNote>(m, "LogNote", "What was taken of a log, or added to its model.")
       .def(

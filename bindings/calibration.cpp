@@ -24,8 +24,10 @@
 #include <kr5/calibration/profile_cloud.hpp>
 #include <kr5/calibration/profile_features.hpp>
 #include <kr5/calibration/repeatability.hpp>
+#include <kr5/calibration/scan_error.hpp>
 #include <kr5/calibration/scanner.hpp>
 #include <kr5/calibration/scanner_points.hpp>
+#include <kr5/calibration/sphere_fit.hpp>
 #include <kr5/calibration/timed_hand_eye.hpp>
 #include <kr5/calibration/tool.hpp>
 #include <kr5/calibration/turn_agreement.hpp>
@@ -33,6 +35,8 @@
 #include <kr5/calibration/turn_split.hpp>
 #include <kr5/calibration/upright_lengths.hpp>
 
+#include "interruptible.hpp"
+#include "python_simulator.hpp"
 #include "struct_binder.hpp"
 
 namespace py = pybind11;
@@ -403,6 +407,31 @@ static void bind_profiles(py::module_& m) {
       "The same of profiles (list of TimedProfile) between poses at the times `t`, interpolated.");
 }
 
+static void bind_scan_error(py::module_& m) {
+  kr5::python::bind_struct<SphereFit>(m, "SphereFit", "Centre of a sphere with its covariance.");
+  m.def("fit_sphere", &fit_sphere, py::arg("points"), py::arg("radius"), py::arg("start"),
+        "Centre of a sphere of known radius [m] from points of its surface (3 x n or n x 3), on the side of `start`.");
+  kr5::python::bind_struct<ScanErrorOptions>(m, "ScanErrorOptions", "Options of simulate_scan_error.");
+  kr5::python::bind_struct<ScanError>(m, "ScanError", "Error of points on a sphere of known place.");
+  kr5::python::bind_struct<ScanErrorResult>(m, "ScanErrorResult", "Error of simulated scans of a sphere.");
+  m.def(
+      "simulate_scan_error",
+      [](const kr5::cell::Cell& cell, double stand_off, double speed, const ScanErrorOptions& options,
+         const py::object& simulator) {
+        return kr5::python::compute_interruptibly(kr5::python::simulator_from(simulator),
+                                                  [&](const kr5::cell::Simulator& with) {
+                                                    return simulate_scan_error(cell, with, stand_off, speed, options);
+                                                  });
+      },
+      py::arg("cell"), py::arg("stand_off"), py::arg("speed"), py::arg("options") = ScanErrorOptions(),
+      py::arg("simulator") = py::none(),
+      "Errors of scans of the sphere of a cell, at a stand-off [m] and a speed along Y of the scanner [m/s].\n\n"
+      "Parameters\n----------\ncell : kr5.cell.Cell\nstand_off : float\nspeed : float\n"
+      "options : ScanErrorOptions\nsimulator : object with `predict(cell, experiment)`\n"
+      "    By default kr5.predict.FastSimulator().\n\nReturns\n-------\nScanErrorResult\n\n"
+      "Raises\n------\nkr5.InvalidArgument\n    A cell without scanner, target or limits, or a pass out of reach.");
+}
+
 static void bind_scanner(py::module_& m) {
   kr5::python::bind_struct<ScannerFromPoints>(m, "ScannerFromPoints", "Pose of a scanner from points.");
   m.def("scanner_from_points", &scanner_from_points, py::arg("points_scanner"), py::arg("points_flange"),
@@ -582,6 +611,7 @@ void bind_calibration(py::module_& m) {
   bind_upright_lengths(m);
   bind_posture_choice(m);
   bind_profiles(m);
+  bind_scan_error(m);
   bind_scanner(m);
   bind_cell_calibration(m);
   bind_repeatability(m);

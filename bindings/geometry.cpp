@@ -119,6 +119,11 @@ static void bind_uncertain_poses(py::module_& m) {
       "propagate_chain_unscented",
       [](const std::vector<UncertainPose>& chain) { return propagate_chain_unscented(chain); }, py::arg("chain"),
       "Product of a chain of uncertain poses, by the unscented transform.");
+  m.def(
+      "chain_contributions", [](const std::vector<UncertainPose>& chain) { return chain_contributions(chain); },
+      py::arg("chain"), "Covariance of the product of a chain by the error of each pose alone, to first order.");
+  m.def("deviation_change", &deviation_change, py::arg("first"), py::arg("second"),
+        "Largest change of a standard deviation from the first to the second covariance, over that of the first [-].");
   m.def("covariance_defect", &covariance_defect, py::arg("matrix"), py::arg("tolerance") = 1e-9,
         "Why a matrix is no covariance, with the offending eigenvalue; empty when it is one.");
   m.def("is_covariance", &is_covariance, py::arg("matrix"),

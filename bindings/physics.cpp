@@ -33,6 +33,12 @@ static Rows currents(const Cell& cell, const Rows& acceleration, const Rows& tor
   return Motors(cell).currents(Eigen::MatrixXd(acceleration), Eigen::MatrixXd(torque));
 }
 
+static Rows torques(const Cell& cell, const Rows& currents) {
+  kr5::require(cell.drives.has_value(), "drives: are missing in the cell");
+  kr5::require(currents.cols() == cell.robot.joints(), "currents: expected a column a joint");
+  return reported_torques(cell, Eigen::MatrixXd(currents));
+}
+
 static Eigen::MatrixX2d cable_springs(const Cell& cell) {
   Eigen::MatrixX2d out(cell.robot.joints(), 2);
   Eigen::Index i = 0;
@@ -88,6 +94,9 @@ void bind_physics(py::module_& m) {
   m.def("motor_currents", &currents, py::arg("cell"), py::arg("acceleration"), py::arg("torque"),
         "Motor currents [A], N x n, of motor-side accelerations [rad/s^2 or m/s^2] and joint torques [N m or N], "
         "friction included. Raises InvalidArgument for a cell without drives and for other sizes.");
+  m.def("reported_torques", &torques, py::arg("cell"), py::arg("currents"),
+        "Joint torques [N m or N], N x n, that a controller makes of motor currents [A] by the nominal constants: what "
+        "it logs as torques or efforts. Raises InvalidArgument for a cell without drives and for another size.");
   m.def("tool_weight", &tool_weight, py::arg("cell"), py::arg("rows") = 1,
         "Wrench of tool and payload on the force sensor when the tool points down and rests, rows x 6 [N, N m].");
   m.def("servo_transition", &transition, py::arg("servo"), py::arg("h"),

@@ -7,8 +7,10 @@
 #include <kr5/vision/find_hole.hpp>
 #include <kr5/vision/find_target.hpp>
 #include <kr5/vision/hand_eye_closed_form.hpp>
+#include <kr5/vision/laser_line.hpp>
 #include <kr5/vision/marker_map.hpp>
 #include <kr5/vision/render.hpp>
+#include <kr5/vision/tag_grid.hpp>
 #include <kr5/vision/target_pose.hpp>
 #include <kr5/vision/visual_servo.hpp>
 
@@ -119,6 +121,16 @@ static void bind_detect(py::module_& m) {
       py::arg("image"), py::arg("options") = TagOptions(),
       "Every marker of the families in a grey image (uint8, height x width); several with the same id are all "
       "returned.");
+  python::bind_struct<TagGridOptions>(m, "TagGridOptions", "Options of guess_tag_grid.");
+  python::bind_struct<TagGrid>(m, "TagGrid", "Board of tags numbered row by row from 0, told from images of it.");
+  m.def(
+      "guess_tag_grid",
+      [](const std::vector<std::vector<TagDetection>>& images, const TagGridOptions& options) {
+        return guess_tag_grid(images, options);
+      },
+      py::arg("images"), py::arg("options") = TagGridOptions(),
+      "Rows, columns and gap of the board of tags that images show, from the markers found in each of them (lists of\n"
+      "TagDetection). Check fit.usable.");
   m.def(
       "find_target",
       [](const GreyArray& image, const Target& target, const DetectOptions& options) {
@@ -131,12 +143,41 @@ static void bind_detect(py::module_& m) {
       "give the reason.");
 }
 
+static void bind_laser_line(py::module_& m) {
+  python::bind_struct<LaserLineOptions>(m, "LaserLineOptions", "Options of compare_laser_line.");
+  python::bind_struct<LaserLineComparison>(m, "LaserLineComparison", "Points of a profile beside a laser line.");
+  m.def(
+      "compare_laser_line",
+      [](const GreyArray& image, const Pinhole& camera, const UncertainPose& T_camera_scanner,
+         const Eigen::Matrix3Xd& points, const LaserLineOptions& options) {
+        return compare_laser_line(view_of(image), camera, T_camera_scanner, points, options);
+      },
+      py::arg("image"), py::arg("camera"), py::arg("T_camera_scanner"), py::arg("points"),
+      py::arg("options") = LaserLineOptions(),
+      "Distances of the laser line in a grey image (uint8, height x width) from the points of a profile, which are\n"
+      "given in the scanner (3 x n or n x 3, in their order along the profile; NaN where none was measured).");
+}
+
 static void bind_poses(py::module_& m) {
   python::bind_struct<TargetPoseOptions>(m, "TargetPoseOptions", "Options of estimate_target_pose.");
   python::bind_struct<TargetPose>(m, "TargetPose", "Pose of a target in the camera.");
-  m.def("estimate_target_pose", &estimate_target_pose, py::arg("view"), py::arg("camera"),
-        py::arg("options") = TargetPoseOptions(), py::call_guard<py::gil_scoped_release>(),
-        "Pose of a target from one view, with covariance and, for a flat one, the second pose. Check fit.usable.");
+  m.def(
+      "estimate_target_pose",
+      [](const View& view, const Pinhole& camera, const TargetPoseOptions& options) {
+        return estimate_target_pose(view, camera, options);
+      },
+      py::arg("view"), py::arg("camera"), py::arg("options") = TargetPoseOptions(),
+      py::call_guard<py::gil_scoped_release>(),
+      "Pose of a target from one view, with covariance and, for a flat one, the second pose. Check fit.usable.");
+  m.def(
+      "estimate_target_pose",
+      [](const Detection& detection, const Pinhole& camera) { return estimate_target_pose(detection, camera); },
+      py::arg("detection"), py::arg("camera"), py::call_guard<py::gil_scoped_release>(),
+      "The same of what find_target found, with the noise and the correlation of its points.");
+  m.def("estimate_tag_pose", &estimate_tag_pose, py::arg("tag"), py::arg("size"), py::arg("camera"),
+        py::call_guard<py::gil_scoped_release>(), "The same of one marker whose side is `size` [m].");
+  m.def("tag_view", &tag_view, py::arg("tag"), py::arg("size"),
+        "View of the corners of a marker whose side is `size` [m], in its own frame.");
   python::bind_struct<MarkerSighting>(m, "MarkerSighting", "Markers seen in one image.");
   python::bind_struct<MarkerMapOptions>(m, "MarkerMapOptions", "Options of estimate_marker_map.");
   python::bind_struct<MarkerMapResult>(m, "MarkerMapResult", "Result of estimate_marker_map.");
@@ -219,6 +260,7 @@ void bind_vision(py::module_& m) {
   bind_images(m);
   bind_render(m);
   bind_detect(m);
+  bind_laser_line(m);
   bind_poses(m);
   bind_hole(m);
   bind_servo(m);

@@ -6,6 +6,8 @@
 
 #include "arm_log/logged_arm.hpp"
 
+namespace tool_checks_test {
+
 using namespace kr5;
 using namespace kr5::test;
 using arm_log::LogProblem;
@@ -100,3 +102,5 @@ TEST_CASE("a tool that is elsewhere in every frame is told") {
     CHECK_THAT(text(found[0], cell), Contains("are joint angles, their order and the cell's tool right?"));
   }
 }
+
+}  // namespace tool_checks_test

@@ -9,6 +9,8 @@
 #include <kr5/core/error.hpp>
 #include <kr5/core/random.hpp>
 
+namespace best_assignment_test {
+
 using namespace kr5;
 using namespace kr5::calibration;
 
@@ -45,3 +47,5 @@ TEST_CASE("nothing is assigned to nothing; NaN and matrices that are not square 
   CHECK_THROWS_AS(best_assignment(Eigen::MatrixXd::Constant(2, 2, std::numeric_limits<double>::quiet_NaN())),
                   InvalidArgument);
 }
+
+}  // namespace best_assignment_test

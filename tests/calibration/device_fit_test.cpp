@@ -4,6 +4,8 @@
 
 #include <calibration/arm_world.hpp>
 
+namespace device_fit_test {
+
 using namespace kr5;
 using namespace kr5::calibration;
 using namespace kr5::test;
@@ -58,3 +60,5 @@ TEST_CASE("one place, flanges alike and places alike give finite numbers") {
     CHECK(frozen.scale == 1.0);
   }
 }
+
+}  // namespace device_fit_test

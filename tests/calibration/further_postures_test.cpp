@@ -6,6 +6,8 @@
 #include <kr5/calibration/further_postures.hpp>
 #include <kr5/core/error.hpp>
 
+namespace further_postures_test {
+
 using namespace kr5;
 using namespace kr5::calibration;
 using namespace kr5::test;
@@ -77,3 +79,5 @@ TEST_CASE(
   result.fit.status = FitStatus::Degenerate;
   CHECK_THROWS_AS(evaluate_arm(result, w.nominal, w.postures, further), InvalidArgument);
 }
+
+}  // namespace further_postures_test

@@ -9,6 +9,8 @@
 #include <support/rates.hpp>
 #include <support/trials.hpp>
 
+namespace moved_device_test {
+
 using namespace kr5;
 using namespace kr5::calibration;
 using namespace kr5::test;
@@ -114,3 +116,5 @@ TEST_CASE("too few places tell nothing; NaN and another arm are refused") {
   for (ArmPosture& p : other.postures) p.points = Eigen::Vector3d(w.T_world_base.translation());  // all at one place
   CHECK_NOTHROW(find_moved_device(true_arm(other), other.postures));
 }
+
+}  // namespace moved_device_test

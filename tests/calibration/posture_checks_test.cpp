@@ -11,6 +11,8 @@
 #include <support/rates.hpp>
 #include <support/trials.hpp>
 
+namespace posture_checks_test {
+
 using namespace kr5;
 using namespace kr5::calibration;
 using namespace kr5::test;
@@ -227,3 +229,5 @@ TEST_CASE("postures with NaN, without places, or of another arm are passed over 
   CHECK_THROWS_AS(check_postures(w.nominal, {}, {.explained = 1.0}), InvalidArgument);
   CHECK_THROWS_AS(check_postures(w.nominal, {}, {.standing = not_seen}), InvalidArgument);
 }
+
+}  // namespace posture_checks_test

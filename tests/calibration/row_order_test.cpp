@@ -8,6 +8,8 @@
 #include <calibration/arm_world.hpp>
 #include <support/rates.hpp>
 
+namespace row_order_test {
+
 using namespace kr5;
 using namespace kr5::calibration;
 using namespace kr5::test;
@@ -43,3 +45,5 @@ TEST_CASE("places alike keep some order and a finite misfit") {
   for (int k = 0; k < 10; ++k) CHECK(order[static_cast<std::size_t>(k)] == k);
   CHECK(std::isfinite(found.misfit));
 }
+
+}  // namespace row_order_test

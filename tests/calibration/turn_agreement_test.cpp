@@ -7,6 +7,8 @@
 #include <kr5/calibration/turn_agreement.hpp>
 #include <kr5/core/error.hpp>
 
+namespace turn_agreement_test {
+
 using namespace kr5;
 using namespace kr5::calibration;
 using namespace kr5::test;
@@ -58,3 +60,5 @@ TEST_CASE("one stop tells nothing; NaN, other numbers of rows and another arm ar
   stops.q(1, 1) = std::numeric_limits<double>::quiet_NaN();
   CHECK_THROWS_AS(compare_turns(stops.arm, stops.q, stops.poses), InvalidArgument);
 }
+
+}  // namespace turn_agreement_test

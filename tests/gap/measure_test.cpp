@@ -100,6 +100,14 @@ TEST_CASE("columns that were not recorded, are not predicted, or have no noise a
   CHECK(gap::measure(r, Constant()).columns.size() == 1);
 }
 
+TEST_CASE("the limit of noise is that of chi-square, and without rows there is none") {
+  CHECK(gap::noise_limit(99) == Approx(std::sqrt(148.230 / 99)).epsilon(1e-4));  // from tables
+  CHECK(gap::noise_limit(1) == Approx(std::sqrt(10.828)).epsilon(1e-4));
+  CHECK(gap::noise_limit(1e6) == Approx(1.0).margin(0.003));
+  CHECK(std::isinf(gap::noise_limit(0)));
+  CHECK(std::isinf(gap::noise_limit(std::nan(""))));
+}
+
 TEST_CASE("noise alone exceeds the limit in one column of a thousand, for any number of rows") {
   constexpr int trials = 4000;
   int of_all = 0;

@@ -6,6 +6,8 @@
 #include <kr5/core/random.hpp>
 #include <kr5/geometry/point_alignment.hpp>
 
+namespace point_alignment_test {
+
 using namespace kr5;
 
 namespace {
@@ -92,3 +94,5 @@ TEST_CASE("sets of different sizes, none, NaN and weights that do not fit are re
   points(1, 2) = std::numeric_limits<double>::quiet_NaN();
   CHECK_THROWS_AS(align_points(points, Eigen::Matrix3Xd::Random(3, 5)), InvalidArgument);
 }
+
+}  // namespace point_alignment_test

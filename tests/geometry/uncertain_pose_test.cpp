@@ -53,6 +53,35 @@ TEST_CASE("the covariance of a chain and of an inverse is that of drawn poses") 
   CHECK((back - inv.covariance).norm() < 0.03 * inv.covariance.norm());
 }
 
+TEST_CASE("the contributions of the poses of a chain add up to its covariance") {
+  Random random(9);
+  std::vector<UncertainPose> chain;
+  for (int i = 0; i < 4; ++i) chain.push_back(random_pose(random, 2e-3));
+  const std::vector<Matrix6> parts = chain_contributions(chain);
+  REQUIRE(parts.size() == 4);
+  Matrix6 sum = Matrix6::Zero();
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    std::vector<UncertainPose> alone = chain;
+    for (std::size_t i = 0; i < alone.size(); ++i)
+      if (i != k) alone[i].covariance.setZero();
+    CHECK(parts[k].isApprox(propagate_chain(alone).covariance, 1e-12));
+    sum += parts[k];
+  }
+  CHECK(sum.isApprox(propagate_chain(chain).covariance, 1e-12));
+  chain[1].covariance(2, 2) = -1;
+  CHECK_THROWS_WITH(chain_contributions(chain), Contains("pose 2 of the chain"));
+  CHECK_THROWS_WITH(chain_contributions({}), Contains("no poses"));
+}
+
+TEST_CASE("the change of deviations is the largest of any axis that has an error") {
+  Matrix6 first = Matrix6::Zero(), second = Matrix6::Zero();
+  first.diagonal() << 1, 4, 0, 1, 1, 1;
+  second.diagonal() << 1.21, 4, 9, 1, 0.25, 1;
+  CHECK(deviation_change(first, second) == Approx(0.5));
+  CHECK(deviation_change(first, first) == 0);
+  CHECK(deviation_change(Matrix6::Zero(), second) == 0);
+}
+
 TEST_CASE("a chain is propagated as its poses one by one, and drawn poses tell which order is right") {
   Random random(6);
   std::vector<UncertainPose> chain;

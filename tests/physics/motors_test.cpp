@@ -47,4 +47,17 @@ TEST_CASE("effects on motors replace the parameters of the cell") {
   CHECK_THROWS_WITH(physics::Motors(cell), Catch::StartsWith("drives.structure: has no inverse"));
 }
 
+TEST_CASE("a controller reports the torques that its nominal constants make of currents") {
+  cell::Cell cell = arc();
+  const MatrixXd current = MatrixXd::Random(4, 6);
+  const physics::Motors motors(cell);
+  const MatrixXd reported = physics::reported_torques(cell, current);
+  for (Eigen::Index k = 0; k < 4; ++k) {
+    const VectorXd torques = motors.torques(current.row(k));
+    CHECK((torques - reported.row(k).transpose()).cwiseAbs().maxCoeff() < 1e-10);
+  }
+  cell.effects.set("torque_constant", "joint2", "torque_constant", 0.5);  // which the controller does not know
+  CHECK(physics::reported_torques(cell, current) == reported);
+}
+
 }  // namespace motors_test

@@ -1,7 +1,6 @@
 """`kr5 dataset guess` on four real sets, on rendered ones, and on folders that hold none."""
 
 import shutil
-from types import SimpleNamespace
 
 import kr5
 import numpy as np
@@ -11,7 +10,7 @@ from kr5 import vision
 from typer.testing import CliRunner
 
 from kr5_tools.dataset import command
-from kr5_tools.dataset.target_guess import _grid, _size, _tags
+from kr5_tools.dataset.target_guess import _size, _tags
 
 EXPECTED = {
     "handeye_visp_franka/eye-in-hand": ("rotation_vector", "eye_in_hand", "chessboard:6x9:0.0236"),
@@ -81,8 +80,15 @@ def test_a_size_with_its_unit_behind_it_is_left_and_said_to_be_guessed():
 def test_one_wrong_tag_does_not_make_a_board_larger():
     board = tags({i: (1.25 * (i % 4), 1.25 * (i // 4)) for i in range(20)})
     wrong = tags({**{i: (1.25 * (i % 4), 1.25 * (i // 4)) for i in range(20)}, 587: (9, 9)})
-    ((name, _),) = _tags("", {}, "36h11", [board, wrong, board])
+    ((name, why),) = _tags("", {}, vision.guess_tag_grid([board, wrong, board]))
     assert name == "grid:36h11:5x4:0.05:0.0125"
+    assert why.startswith("20 tags of 36h11 seen in rows of 4, with gaps of 0.250 sides; its size is a guess")
+
+
+def test_one_tag_is_proposed_and_tags_on_one_line_are_not():
+    ((name, why),) = _tags("tag size: 0.04 m", {}, vision.guess_tag_grid([tags({3: (0, 0)})]))
+    assert name == "tag:36h11:3:0.04" and why == "one tag of 36h11 seen; size named in a text of the folder"
+    assert not _tags("", {}, vision.guess_tag_grid([tags({i: (1.25 * i, 0) for i in range(8)})]))
 
 
 def test_a_set_without_a_known_target_is_refused(run_kr5, views):
@@ -98,31 +104,5 @@ def tags(places, side=1.0):
     out = []
     for number, (x, y) in places.items():
         corners = H @ np.array([[x, x + side, x + side, x], [y, y, y + side, y + side], [1, 1, 1, 1]])
-        out.append(SimpleNamespace(id=number, corners=corners[:2] / corners[2]))
+        out.append(vision.TagDetection(family="36h11", id=number, corners=corners[:2] / corners[2]))
     return out
-
-
-def test_columns_and_gap_of_a_board_of_tags_are_told_from_some_of_its_tags():
-    whole = {i: (1.25 * (i % 4), 1.25 * (i // 4)) for i in range(20)}
-    some = {i: whole[i] for i in (1, 2, 5, 7, 9, 14, 18)}
-    for seen in (whole, some):
-        cols, gap = _grid(tags(seen))
-        assert cols == 4 and gap == pytest.approx(0.25, abs=1e-6)
-
-
-@pytest.mark.parametrize(
-    "places",
-    [
-        {},
-        {3: (0, 0)},
-        {i: (1.25 * i, 0) for i in range(8)},  # too few, or on one line
-        {i: (1.25 * (i % 4), -1.25 * (i // 4)) for i in range(20)},  # numbered from below
-        {i: (1.25 * (7 * i % 20 % 4), 1.25 * (7 * i % 20 // 4)) for i in range(20)},  # numbered anyhow
-        {
-            i: (2.5 * (i % 3) + 1.25 * (i // 3 % 2), 1.25 * (i // 3)) for i in range(15)
-        },  # in the white squares of a chessboard
-    ],
-    ids=["none", "one", "row", "upwards", "anyhow", "chessboard"],
-)
-def test_tags_that_are_no_such_board_are_not_taken_for_one(places):
-    assert _grid(tags(places)) is None

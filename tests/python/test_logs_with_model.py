@@ -10,7 +10,6 @@ import kr5.io
 import kr5.predict
 import numpy as np
 import pytest
-from kr5.logs.publishers import found_in_turn
 
 from arm_logs import (
     NAMES,
@@ -525,18 +524,6 @@ def test_two_publishers_in_a_csv_are_refused(diagnose, named_arm, named_urdf, tm
             rows.append((t[k] + 0.004, *((0 * q[k], 0 * tau[k]) if before is None else (q[before], tau[before]))))
     case_logs.write_csv(tmp_path / "log.csv", joint_states(*map(np.array, zip(*rows))))
     refused(diagnose, "log.csv", "--model", named_urdf, text="two publishers seem to take turns in this log")
-
-
-def test_noise_and_coarse_steps_of_one_publisher_are_no_turns():
-    random = np.random.default_rng(1)
-    course = np.sin(np.arange(3000) / 200)
-    for size in (0.0, 1e-5, 1e-3, 1e-2, 0.1):
-        assert not found_in_turn(course + random.normal(0, size, 3000))
-        assert not found_in_turn(np.round(course / max(size, 1e-6)) * size)
-    flicker = 1.5e-3 * (np.floor(course / 1.5e-3) + (random.random(3000) < 0.3))  # of a 12-bit encoder
-    assert not found_in_turn(flicker) and not found_in_turn(np.degrees(flicker))
-    spikes = np.where(random.random(3000) < 0.02, 3.0, course)
-    assert not found_in_turn(spikes)
 
 
 def test_a_bag_without_joint_states_lists_its_topics(diagnose, named_urdf, tmp_path, ros):

@@ -125,4 +125,48 @@ TEST_CASE("views that hold no pose get a status, broken ones an exception") {
   CHECK_THROWS_AS(estimate_target_pose(view, camera(), {.ambiguous_from = 0.9}), InvalidArgument);
 }
 
+TEST_CASE("of few points the noise is that of their detection, of many that of the view", "[target_pose]") {
+  Random random(31);
+  const Pose T = random_pose(random, 0.4);
+  for (const std::string name : {"tag:36h11:5:0.05", "chessboard:5x7:0.02"}) {
+    Detection found;
+    found.status = DetectStatus::Found;
+    found.view = seen(parse_target(name), T, 0.02, random);
+    found.sigma = Eigen::VectorXd::Constant(found.view.pixels.cols(), 0.3);
+    found.correlation = 2.0;
+    const bool few = found.sigma.size() == 4;
+    const TargetPose pose = estimate_target_pose(found, camera());
+    const TargetPose same =
+        estimate_target_pose(found.view, camera(), {.sigma_pixel = few ? 0.3 : 0.0, .correlation = 2.0});
+    REQUIRE(pose.fit.usable());
+    CHECK(pose.covariance == same.covariance);
+    CHECK((few ? pose.sigma_pixel == 0.3 : pose.sigma_pixel < 0.05));
+  }
+  Detection rough;  // not refined
+  rough.view = seen(parse_target("tag:36h11:5:0.05"), T, 0.02, random);
+  rough.sigma = Eigen::VectorXd::Zero(4);
+  CHECK(estimate_target_pose(rough, camera()).covariance_dof == 2);
+  CHECK_FALSE(estimate_target_pose(Detection(), camera()).fit.usable());
+}
+
+TEST_CASE("the pose of a marker is that of its corners", "[target_pose]") {
+  Random random(32);
+  const Pose T = random_pose(random, 0.4);
+  const View view = seen(parse_target("tag:36h11:5:0.05"), T, 0.02, random);
+  TagDetection tag;
+  tag.family = "36h11", tag.id = 5, tag.corners = view.pixels, tag.correlation = 3.0;
+  tag.sigma.setConstant(0.02);
+  const View own = tag_view(tag, 0.05);
+  CHECK(own.points.isApprox(view.points, 1e-12));
+  CHECK(own.ids == view.ids);
+  const TargetPose pose = estimate_tag_pose(tag, 0.05, camera());
+  REQUIRE(pose.fit.usable());
+  CHECK(pose.covariance == estimate_target_pose(view, camera(), {.sigma_pixel = 0.02, .correlation = 3.0}).covariance);
+  CHECK(pose_difference(estimate_tag_pose(tag, 0.1, camera()).T_camera_target, T).head<3>().norm() > 0.3);
+  for (const double size : {0.0, -1.0, std::nan("")})
+    CHECK_THROWS_AS(estimate_tag_pose(tag, size, camera()), InvalidArgument);
+  tag.corners(0, 0) = std::nan("");
+  CHECK_THROWS_AS(estimate_tag_pose(tag, 0.05, camera()), InvalidArgument);
+}
+
 }  // namespace target_pose_test

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from kr5.logs.values import joint_torques
+from kr5 import physics
 
 JOINT_NAMES = ["shoulder_yaw", "shoulder_pitch", "elbow_pitch", "wrist_roll", "wrist_pitch", "flange_roll"]
 WRENCH = {"fx": "force_x", "fy": "force_y", "fz": "force_z", "tx": "torque_x", "ty": "torque_y", "tz": "torque_z"}
@@ -69,7 +69,7 @@ def case_bag(recording: Any, folder: Path) -> list[Path]:
 def _write_motion(writer: Any, topics: Any, types: Any, cell: Any, experiment: Any) -> None:
     T, n = types.types, len(JOINT_NAMES)
     stack = lambda stem: np.column_stack([experiment[f"{stem}{k + 1}"] for k in range(n)])
-    q, qc, torque = stack("q"), stack("qc"), joint_torques(cell.drives, stack("i"))
+    q, qc, torque = stack("q"), stack("qc"), physics.reported_torques(cell, stack("i"))
     wrench = np.column_stack([experiment[name] for name in WRENCH])
     order = np.argsort(JOINT_NAMES)
     names = [JOINT_NAMES[k] for k in order]

@@ -16,9 +16,8 @@ from typing import Any
 
 import numpy as np
 from kr5 import cell as kr5_cell
-from kr5 import identification, predict
+from kr5 import identification, physics, predict
 from kr5.logs.joint_motion import arm_model, merged_motion
-from kr5.logs.values import joint_torques
 from rich.console import Console
 
 import arguments
@@ -362,7 +361,7 @@ def payload_rate_row(cases: Path, hidden: dict[str, Any], trials: int = 100) -> 
             identification.JointLog(
                 t=e["t"],
                 q=qk + random.normal(0, cell.noise.position, qk.shape),
-                tau=joint_torques(cell.drives, ik + random.normal(0, cell.noise.current, ik.shape)),
+                tau=physics.reported_torques(cell, ik + random.normal(0, cell.noise.current, ik.shape)),
             )
             for e, qk, ik in zip(experiments, q, i, strict=True)
         ]

@@ -8,9 +8,8 @@ from typing import Any
 import kr5.cell
 import kr5.predict
 import numpy as np
-from kr5 import identification, kinematics
+from kr5 import identification, kinematics, physics
 from kr5.logs.joint_motion import arm_model, merged_motion
-from kr5.logs.values import joint_torques
 from scipy.interpolate import CubicSpline
 
 from kr5_tools.identify.identified_cell import believed_parameters, link_bodies, put_dynamics
@@ -55,7 +54,7 @@ def commanded_motion(cell: Any, experiment: Any) -> Any:
     the simulator starts from rest, are left out."""
     n, t = cell.robot.joints, np.asarray(experiment["t"])
     course = CubicSpline(t, np.column_stack([experiment[f"qc{k + 1}"] for k in range(n)]))
-    tau = joint_torques(cell.drives, recorded([experiment], n))
+    tau = physics.reported_torques(cell, recorded([experiment], n))
     servo = cell.servo.joint[0]
     behind = 2 * servo.damping_ratio / servo.natural_frequency + servo.delay
     q, qd, qdd = (course(t - behind, order)[1:] for order in range(3))

@@ -18,7 +18,6 @@ from scipy.optimize import least_squares
 
 import arguments
 import comparison
-from kr5_tools.calibrate.laser_study import SLOW, Study
 
 CELL = Path(__file__).resolve().parents[2] / "share/cells/kr5_arc.yaml"
 SCANNER = kr5.to_pose([0.114, 0.046, 0.340, 3.0, 0.2, -0.5])
@@ -26,6 +25,7 @@ HOME = np.array([0.0, 0.02, -2.75, 0.0, -0.3, 1.571])
 NOISE = 2e-5  # of the tip in a profile [m]
 FITTED, JUDGED = 100, 25  # profiles of one arm
 STAND_OFFS = (0.185, 0.190, 0.195, 0.200)  # [m]
+SCAN_SPEED = 0.01  # [m/s]
 ISO_POINTS, ISO_RETURNS = 5, 30
 LIMIT = 1e-3  # of the error at these stand-offs [m]
 
@@ -128,8 +128,10 @@ def compare_tip(arms: int) -> list[comparison.Row]:
 
 
 def compare_stand_off() -> comparison.Row:
-    study = Study(cell.load_cell(CELL), bias=2e-4, lag=6e-3, passes=12, seed=1)
-    error = max(study.measure(at, SLOW)["centre_as_stamped"] for at in STAND_OFFS)
+    scanned = cell.load_cell(CELL)
+    options = calibration.ScanErrorOptions(bias=2e-4, lag=6e-3, passes=12, seed=1)
+    found = [calibration.simulate_scan_error(scanned, at, SCAN_SPEED, options) for at in STAND_OFFS]
+    error = max(one.as_stamped.centre for one in found)
     return comparison.Row(
         "Place of a simulated sphere at stand-offs of 185 to 200 mm: largest error",
         f"{1e3 * error:.3f} mm",

@@ -8,16 +8,13 @@ from typing import Any
 import numpy as np
 
 import kr5
+from kr5 import arm_log
 from kr5.logs.entry_words import EntryWords
 from kr5.logs.log import Log, is_time
 from kr5.logs.log_time import beginning
-from kr5.logs.units import UNITS, unit_factor
+from kr5.logs.units import unit_factor
 
-SCALES = UNITS["time"]
 USUAL_STEP = 0.005  # [s] between rows of a controller's log
-LEAST_STEP, MOST_STEP = 1e-4, 0.5  # [s] between rows of a log; numbers with such steps are seconds
-SLOWEST_STEP = 1.0  # [s], below the steps of counters of a finer unit, which are whole numbers
-CENTURY = (1e9, 4e9)  # [s] since 1970
 
 
 @dataclass
@@ -47,7 +44,7 @@ def guess_clock(
     step = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
     usual = cycle or usual
     unit = str(given["unit"]) if "unit" in given else ("s" if name == own else stated_unit(name))
-    unit = unit or _unit_since_1970(stamps, step) or (_unit_of(step, usual) if usual else "s")
+    unit = unit or str(arm_log.guess_time_unit(stamps, usual or 0.0))
     scale = unit_factor(unit, ("time",), "clock")[0]
     reason = f"a row every {step:.4g} {unit}" + (f", which is {step * scale:.4g} s" if scale != 1 else "")
     entry = None if name == own and not given else {"column": name, "unit": unit} | given
@@ -100,18 +97,6 @@ def stated_unit(name: str) -> str | None:
     """The unit that a name ends in: `time_ms`, `t [ns]`."""
     match = re.search(r"[_\[\s(](s|ms|us|ns|sec|nsec|nanosec)[\])]?$", name.lower())
     return {"sec": "s", "nsec": "ns", "nanosec": "ns"}.get(match[1], match[1]) if match else None
-
-
-def _unit_since_1970(stamps: np.ndarray, step: float) -> str | None:
-    """The unit in which stamps are a time of this century, with rows not too far apart for a motion."""
-    at = float(np.nanmax(stamps, initial=0.0))
-    return next((u for u, s in SCALES.items() if CENTURY[0] < at * s < CENTURY[1] and step * s < SLOWEST_STEP), None)
-
-
-def _unit_of(step: float, usual: float) -> str:
-    if LEAST_STEP <= step <= MOST_STEP:
-        return "s"
-    return min(SCALES, key=lambda u: abs(np.log(max(step, 1e-12) * SCALES[u] / usual)))
 
 
 def require_clock(clock: GuessedClock | None, log: Log, words: EntryWords) -> GuessedClock:

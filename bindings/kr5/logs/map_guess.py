@@ -23,7 +23,6 @@ from kr5.logs.log_file import read_log
 from kr5.logs.log_time import beginning
 from kr5.logs.map_file import JOINT_FAMILIES, names_of
 from kr5.logs.overrides import GivenEntries
-from kr5.logs.publishers import found_in_turn
 from kr5.logs.sparse_columns import aligned, covered, never_complete
 
 LENGTHS = ("x", "y", "z", "zc", "cx", "cy")
@@ -242,7 +241,7 @@ def _report_partial_loads(part: LogPart, given: GivenEntries, out: GuessedMap, n
 
 def _refuse_two_publishers(log: Log, positions: Family | None) -> None:
     for name in positions.columns if positions else ():
-        if found_in_turn(np.asarray(log.columns[name])):
+        if arm_log.written_in_turn(np.asarray(log.columns[name])):
             raise kr5.FileError(
                 log.file,
                 f"{name} jumps to and fro from row to row: two publishers seem to take turns in this log;"

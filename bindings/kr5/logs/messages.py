@@ -8,8 +8,8 @@ from typing import Any, TypeGuard
 import numpy as np
 
 import kr5
+from kr5 import arm_log
 from kr5.logs.log import Log
-from kr5.logs.publishers import found_in_turn
 
 LONGEST_LIST = 256  # numbers of one message; longer ones are images or clouds
 # Steps back in time, of all steps of a stream, above which two publishers write to one topic.
@@ -79,7 +79,7 @@ class MessageTable:
                 remedy="record the log again with one of them",
             )
         for name in columns:
-            if name.startswith("position.") and found_in_turn(np.asarray(columns[name])):
+            if name.startswith("position.") and arm_log.written_in_turn(np.asarray(columns[name])):
                 raise kr5.FileError(
                     self.file,
                     f"topic {topic}: {name} jumps to and fro from message to message: two publishers seem"

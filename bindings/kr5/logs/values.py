@@ -8,7 +8,7 @@ import numpy as np
 
 import kr5
 import kr5.cell
-from kr5 import arm_log, identification
+from kr5 import arm_log, physics
 from kr5.logs.log import Log
 from kr5.logs.map_file import Source, Tool
 from kr5.logs.units import UNITS, unit_factor
@@ -75,11 +75,6 @@ def column_quantities(cell: kr5.cell.Cell, name: str, member: int) -> tuple[str,
     return QUANTITY.get(name, ("none",))
 
 
-def joint_torques(drives: kr5.cell.Drives, currents: np.ndarray) -> np.ndarray:
-    """Torques on the joint side that motor currents make: S^T (k i), a row a sample."""
-    return np.asarray((currents * np.asarray(drives.torque_constant)) @ np.asarray(drives.structure))
-
-
 def of_motors(source: Source) -> bool:
     """Whether a family was measured on the motors, as currents are on whatever side they are stated."""
     return source.side == "motor" or any(unit in UNITS["current"] for unit in source.unit)
@@ -103,7 +98,7 @@ def across_gears(
         return values @ np.linalg.inv(S).T
     if name == "tau":
         note("tau: motor torques were converted to joint torques by the structure matrix of the cell")
-        return joint_torques(drives, values) if quantity == "current" else np.asarray(values @ S)
+        return np.asarray(physics.reported_torques(cell, values) if quantity == "current" else values @ S)
     if quantity == "torque":
         note("i: torques were converted to currents by the torque constants of the cell")
         return np.asarray((values if motor else values @ np.linalg.inv(S)) / constant)
@@ -154,9 +149,8 @@ def low_pass(s: Series, cut: float, where: str) -> Series:
             f"{where}: resample.low_pass: found {count:.4g} rows to smooth, expected 30 to {MAX_ROWS}, at even "
             f"steps of {step:.4g} s"
         )
-    t = np.arange(s.t[0], s.t[-1] + step / 2, step)
-    even = interpolate(s, np.minimum(t, s.t[-1]), "linear")
-    return Series(t, np.asarray(identification.zero_phase_low_pass(even, step, cut)))
+    smoothed = arm_log.smooth_positions(s.t, s.values, arm_log.Smoothing(cutoff=cut, smooths=True))
+    return Series(np.asarray(smoothed.t), np.asarray(smoothed.q))
 
 
 def interpolate(s: Series, grid: np.ndarray, method: str) -> np.ndarray:

@@ -2,9 +2,11 @@
 #include <kr5/gap/measure.hpp>
 
 #include <cmath>
+#include <limits>
 
 #include <kr5/core/error.hpp>
 #include <kr5/gap/notes.hpp>
+#include <kr5/uncertainty/confidence.hpp>
 
 #include "gap/comparison_data.hpp"
 #include "gap/reporting/gap_breakdown.hpp"
@@ -25,6 +27,12 @@ std::vector<std::string> texts_of(const std::vector<LeftOut>& left_out) {
 }
 
 }  // namespace
+
+double noise_limit(double rows) {
+  constexpr double certain = 0.999;
+  if (!(rows > 0)) return std::numeric_limits<double>::infinity();
+  return std::sqrt(uncertainty::chi_square_quantile(certain, rows) / rows);
+}
 
 Measure measure(const cell::Recording& recording, const cell::Cell& cell, const cell::Simulator& simulator) {
   require_joints(recording, cell);

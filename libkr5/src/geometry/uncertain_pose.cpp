@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <kr5/geometry/uncertain_pose.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 #include <string>
@@ -69,6 +70,25 @@ UncertainPose propagate_chain_unscented(std::span<const UncertainPose> chain) {
   };
   const UncertainVector found = propagate_unscented(difference, Eigen::VectorXd::Zero(6 * count), covariance);
   return {nominal * to_pose(Vector6(found.value)), found.covariance};
+}
+
+std::vector<Matrix6> chain_contributions(std::span<const UncertainPose> chain) {
+  check_chain(chain);
+  std::vector<Matrix6> out(chain.size());
+  Pose after = Pose::Identity();
+  for (std::size_t i = chain.size(); i-- > 0;) {
+    const Matrix6 across = adjoint(after.inverse());
+    out[i] = across * chain[i].covariance * across.transpose();
+    after = chain[i].T * after;
+  }
+  return out;
+}
+
+double deviation_change(const Matrix6& first, const Matrix6& second) {
+  double most = 0.0;
+  for (Eigen::Index k = 0; k < 6; ++k)
+    if (first(k, k) > 0) most = std::max(most, std::abs(std::sqrt(second(k, k) / first(k, k)) - 1));
+  return most;
 }
 
 UncertainVector transform_point(const UncertainPose& T_a_b, const Eigen::Vector3d& p_b,

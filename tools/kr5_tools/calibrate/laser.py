@@ -228,7 +228,7 @@ def _overlays(
             data.profiles[data.names.index(profile)],
         )
         laser_overlay.draw_overlay(image, shown, png)
-        out.append({"name": file.name, "profile": profile, "drawing": str(png), **shown.figures()})
+        out.append({"name": file.name, "profile": profile, "drawing": str(png), **laser_overlay.overlay_figures(shown)})
     return out
 
 

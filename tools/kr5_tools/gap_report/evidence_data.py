@@ -12,7 +12,6 @@ import kr5.gap
 import numpy as np
 from kr5.logs.compared_source import reopen_source
 
-from kr5_tools.cell.noise_limit import noise_limit
 from kr5_tools.cli import arguments
 from kr5_tools.cli.numbers import format_percent
 from kr5_tools.gap_report.messages import find_column
@@ -160,7 +159,7 @@ class Evidence:
 
     def limit(self, group: str) -> float:
         """What noise alone stays below in 99.9 % of recordings."""
-        return noise_limit(sum(int(np.isfinite(c.before).sum()) for c in self.judged(group)))
+        return kr5.gap.noise_limit(sum(int(np.isfinite(c.before).sum()) for c in self.judged(group)))
 
     def exceeds(self, group: str, which: str = "before") -> bool:
         return self.gap(group, which) > self.limit(group)

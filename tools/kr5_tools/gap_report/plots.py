@@ -12,7 +12,6 @@ from matplotlib.colors import LinearSegmentedColormap, LogNorm, to_hex
 from matplotlib.figure import Figure
 
 from kr5_tools.calibrate.plots import Plot
-from kr5_tools.cell.noise_limit import noise_limit
 from kr5_tools.gap_report.evidence_data import Evidence, display_variable, gap_of
 from kr5_tools.gap_report.messages import group_of
 from kr5_tools.pages.plot_style import (
@@ -61,7 +60,7 @@ def heat_map(evidence: Evidence, which: str) -> Figure:
         values = getattr(c, which)
         at = rows.index(c.name), names.index(c.experiment.name)
         gaps[at] = gap_of(values)
-        above[at] = gaps[at] > noise_limit(int(np.isfinite(values).sum()))
+        above[at] = gaps[at] > kr5.gap.noise_limit(int(np.isfinite(values).sum()))
     figure, axes = plt.subplots(figsize=(max(MIDDLE, 0.8 + 0.28 * len(names)), 1.6 + 0.22 * len(rows)))
     for i, j in np.ndindex(gaps.shape):
         if np.isfinite(gaps[i, j]):

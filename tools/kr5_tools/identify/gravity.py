@@ -7,10 +7,9 @@ import kr5.cell
 import kr5.kinematics
 import numpy as np
 import typer
-from kr5 import cell, identification
+from kr5 import cell, identification, physics
 from kr5.files.results import write_result
 from kr5.files.writing import check_writable, write_json
-from kr5.logs.values import joint_torques
 from kr5.tables.options import TableOptions
 from kr5.tables.roles import CURRENTS, OPTIONAL_TIME, SPEEDS, TORQUES, joints_role
 
@@ -127,7 +126,7 @@ def slow_log(log: Path, believed: kr5.cell.Cell, wanted: TableOptions) -> Any:
     elif "i" in table:
         if believed.drives is None:
             fail(f"{log}: has currents (i1 …), but the cell has no drives to make torques of them; log tau1 …")
-        tau = joint_torques(believed.drives, table["i"])
+        tau = physics.reported_torques(believed, table["i"])
     else:
         raise table.lacks("tau1, tau2, … or i1, i2, …", "torques or currents of the joints")
     log_of_arm = identification.JointLog(t=t, q=table["q"], tau=tau)

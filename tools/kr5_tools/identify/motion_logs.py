@@ -11,7 +11,7 @@ import kr5
 import kr5.cell
 import kr5.identification
 import numpy as np
-from kr5 import identification
+from kr5 import identification, physics
 from kr5.logs.bag_file import is_bag_folder
 from kr5.logs.column_list import names_in_order
 from kr5.logs.column_names import find_families
@@ -20,7 +20,7 @@ from kr5.logs.log import Log
 from kr5.logs.map_file import Map, Source, load_map
 from kr5.logs.map_guess import guess_map
 from kr5.logs.overrides import GivenEntries
-from kr5.logs.values import joint_torques, to_si
+from kr5.logs.values import to_si
 
 from kr5_tools.cli.options import options_from
 
@@ -130,7 +130,7 @@ def _experiment_log(cell: kr5.cell.Cell, experiment: kr5.cell.Experiment, n: int
                 f"{experiment.name}: needs drives (structure, torque_constant) in the cell to read currents, which it"
                 " does not have"
             )
-        values = joint_torques(cell.drives, values)
+        values = physics.reported_torques(cell, values)
     return identification.JointLog(
         t=experiment["t"],
         q=np.column_stack([experiment[name] for name in q]),

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import kr5.cell
+import kr5.gap
 import kr5.io
 import numpy as np
 import numpy.typing as npt
 
 from kr5_tools.cell.frames import joint_unit
-from kr5_tools.cell.noise_limit import noise_limit
 from kr5_tools.cli.numbers import table_unit
 
 PAGE_VALUES = 1_200_000  # numbers of all signals on one page, of which each takes 2.7 letters
@@ -46,7 +46,7 @@ class Signal:
     @property
     def above(self) -> bool:
         """Whether the gap is above the limit of noise."""
-        return self.gap is not None and self.gap > noise_limit(len(self.compared))
+        return self.gap is not None and self.gap > kr5.gap.noise_limit(len(self.compared))
 
     @property
     def curves(self) -> dict[str, np.ndarray]:

@@ -6,7 +6,6 @@ from typing import Annotated, Any
 
 import kr5
 import numpy as np
-import numpy.typing as npt
 import typer
 from kr5 import vision
 from kr5.files import writing
@@ -136,18 +135,7 @@ def _of_view(items: list[dict[str, Any]]) -> dict[str, Any]:
     }
 
 
-def _pose(
-    points: npt.ArrayLike,
-    pixels: npt.ArrayLike,
-    ids: list[int],
-    lens: kr5.Pinhole,
-    sigma: npt.ArrayLike,
-    correlation: float,
-) -> dict[str, Any]:
-    view = kr5.View(points=points, pixels=pixels, ids=ids)
-    # Four corners hardly tell of themselves how far they are off; their detection does.
-    known = float(np.sqrt(np.mean(np.square(sigma)))) if len(ids) < 6 else 0.0
-    pose = vision.estimate_target_pose(view, lens, vision.TargetPoseOptions(sigma_pixel=known, correlation=correlation))
+def _pose_keys(pose: vision.TargetPose) -> dict[str, Any]:
     if not pose.fit.usable:
         return {"pose_message": pose.fit.message}
     return {"pose": pose.to_dict(), "rms_px": pose.rms_px}
@@ -170,7 +158,7 @@ def _in_target(
         "size": target.size or max(m.size for m in target.map),
     }
     if lens:
-        item |= _pose(view.points, view.pixels, view.ids, lens, seen.sigma, seen.correlation)
+        item |= _pose_keys(vision.estimate_target_pose(seen, lens))
     return [item], None
 
 
@@ -182,21 +170,20 @@ def _in_family(
     )
     items = []
     for tag in vision.find_tags(image, choice):
-        half = (size or 1.0) / 2
-        points = half * np.array([[-1, 1, 1, -1], [-1, -1, 1, 1], [0, 0, 0, 0]], float)
+        view = vision.tag_view(tag, size or 1.0)
         item: dict[str, Any] = {
             "what": tag.family,
             "id": tag.id,
-            "points": points,
-            "pixels": tag.corners,
-            "ids": [4 * tag.id + k for k in range(4)],
+            "points": view.points,
+            "pixels": view.pixels,
+            "ids": view.ids,
             "sigma": tag.sigma,
             "hamming": tag.hamming,
             "margin": tag.margin,
             "size": size,
         }
         if lens and size:
-            item |= _pose(points, tag.corners, item["ids"], lens, tag.sigma, tag.correlation)
+            item |= _pose_keys(vision.estimate_tag_pose(tag, size, lens))
         items.append(item)
     return items, None if items else {"status": "not_found", "message": f"no marker of {', '.join(families)} is seen"}
 

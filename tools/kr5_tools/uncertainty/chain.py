@@ -42,8 +42,7 @@ def chain_result(
     """Parts of the page, figures, verdict and numbers of a propagation."""
     first, second = kr5.propagate_chain(chain), kr5.propagate_chain_unscented(chain)
     sigma = [np.sqrt(np.diag(pose.covariance)) for pose in (first, second)]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        apart = np.nanmax(np.abs(np.where(sigma[0] > 0, sigma[1] / sigma[0] - 1, np.nan)), initial=0.0)
+    apart = kr5.deviation_change(first.covariance, second.covariance)
     shift = kr5.pose_difference(first.T, second.T)
     tables = [_deviation_table(sigma, shift), _share_table(names, chain)]
     C = np.asarray(second.covariance)
@@ -96,12 +95,8 @@ def _deviation_table(sigma: list[np.ndarray], shift: np.ndarray) -> dict[str, An
 def _share_table(names: list[str], chain: list[kr5.UncertainPose]) -> dict[str, Any]:
     """Deviations at the end by the error of each pose alone."""
     rows = []
-    for k, name in enumerate(names):
-        alone = [
-            kr5.UncertainPose(T=p.T, covariance=p.covariance if i == k else np.zeros((6, 6)))
-            for i, p in enumerate(chain)
-        ]
-        variance = np.diag(kr5.propagate_chain(alone).covariance)
+    for name, alone in zip(names, kr5.chain_contributions(chain)):
+        variance = np.diag(alone)
         rows.append(
             [
                 name,

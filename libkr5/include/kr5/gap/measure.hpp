@@ -86,6 +86,10 @@ struct Measure {
   }
 };
 
+/// The gap of so many rows that noise alone exceeds once in a thousand columns, by chi-square; infinite without rows
+/// [-].
+double noise_limit(double rows);
+
 /// Gap of every column that was recorded, that the simulator predicts for `cell`, and whose noise the recording's cell
 /// states.
 /// @throws InvalidArgument for a cell of another robot, and when all that could be compared is refused.

@@ -4,6 +4,7 @@
 #include <functional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include <kr5/core/fields.hpp>
 #include <kr5/geometry/pose.hpp>
@@ -35,6 +36,13 @@ UncertainPose inverse(const UncertainPose& T_a_b);
 /// @throws InvalidArgument for none, or where one has no covariance, with its number and the offending eigenvalue.
 UncertainPose propagate_chain(std::span<const UncertainPose> chain);
 UncertainPose propagate_chain_unscented(std::span<const UncertainPose> chain);
+
+/// Covariance of the product, to first order, by the error of each pose of a chain alone.
+/// @throws InvalidArgument as propagate_chain.
+std::vector<Matrix6> chain_contributions(std::span<const UncertainPose> chain);
+/// Largest change of a standard deviation from the first to the second covariance, over that of the first; axes without
+/// error in the first are left out [-]. Of a first order and an unscented one: what the first order leaves out.
+double deviation_change(const Matrix6& first, const Matrix6& second);
 
 /// A quantity with the covariance of its error.
 struct UncertainVector {

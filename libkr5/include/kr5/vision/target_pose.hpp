@@ -7,6 +7,8 @@
 #include <kr5/geometry/pinhole.hpp>
 #include <kr5/geometry/pose.hpp>
 #include <kr5/geometry/view.hpp>
+#include <kr5/vision/find_tags.hpp>
+#include <kr5/vision/find_target.hpp>
 
 /// @file
 /// Pose of a target in the camera.
@@ -72,5 +74,15 @@ struct TargetPose {
 /// Fewer than four points, points on a line, and points that no pose puts in front of the camera give the status
 /// Degenerate. @throws InvalidArgument for NaN, shapes that do not match, a bad camera or bad options.
 TargetPose estimate_target_pose(const View& view, const Pinhole& camera, const TargetPoseOptions& options = {});
+
+/// The same of what was found in an image, with the correlation that the detection states. Fewer than six points hardly
+/// tell of themselves how far they are off: their standard deviation is that of the detection, too.
+TargetPose estimate_target_pose(const Detection& detection, const Pinhole& camera);
+/// The same of one marker whose side is `size` [m], in the marker's own frame.
+/// @throws InvalidArgument for a size that is not positive.
+TargetPose estimate_tag_pose(const TagDetection& tag, double size, const Pinhole& camera);
+
+/// The corners of a marker whose side is `size` [m], in its own frame, with their pixels and numbers.
+View tag_view(const TagDetection& tag, double size);
 
 }  // namespace kr5::vision

@@ -7,12 +7,8 @@
 #include <map>
 #include <numeric>
 
-#include <kr5/uncertainty/confidence.hpp>
-
 namespace kr5::gap {
 namespace {
-
-constexpr double certain = 0.999;
 
 const cell::Column& meaning_of(const ColumnGap& c) { return cell::find_column(c.kind, c.column); }
 
@@ -50,7 +46,7 @@ ColumnGap make_column_gap(const cell::Robot& robot, const cell::Experiment& expe
   if (out.rows == 0) return out;
   out.gap = std::sqrt(sum / out.rows);
   out.rms = out.gap * out.noise;
-  out.limit = std::sqrt(uncertainty::chi_square_quantile(certain, out.rows) / out.rows);
+  out.limit = noise_limit(out.rows);
   out.exceeds = out.gap > out.limit;
   return out;
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include <kr5/core/random.hpp>
+#include <kr5/gap/measure.hpp>
 
 namespace kr5::gap {
 namespace {
@@ -81,9 +82,7 @@ double gap_over_noise(const ComparisonData& data, const Group& group, const Eige
   return inflation_of(data, group) * gap_of(data, group.judged, counted).rms;
 }
 
-bool above_floor(const Gap& gap) {
-  return gap.samples > 0 && gap.samples * gap.rms * gap.rms > uncertainty::chi_square_quantile(0.999, gap.samples);
-}
+bool above_floor(const Gap& gap) { return gap.rms > noise_limit(gap.samples); }
 
 bool above_noise(const ComparisonData& data, const Group& group, const Eigen::VectorXd& counted) {
   constexpr double noticeable = 1.25;  // noise that is estimated from a recording is known to a tenth or so

@@ -5,9 +5,9 @@
 #include <map>
 
 #include <Eigen/LU>
-#include <opencv2/calib3d.hpp>
 
 #include "vision/boards/refine_point.hpp"
+#include "vision/homography.hpp"
 
 namespace kr5::vision {
 namespace {
@@ -17,18 +17,13 @@ using Eigen::Vector2d;
 /// Homography board -> image from the corners of some markers.
 std::optional<Eigen::Matrix3d> local_homography(const std::vector<const TagDetection*>& tags,
                                                 const std::vector<Eigen::Matrix<double, 3, 4>>& corners) {
-  std::vector<cv::Point2d> board, image;
-  for (std::size_t i = 0; i < tags.size(); ++i)
-    for (int k = 0; k < 4; ++k) {
-      board.emplace_back(corners[i](0, k), corners[i](1, k));
-      image.emplace_back(tags[i]->corners(0, k), tags[i]->corners(1, k));
-    }
-  const cv::Mat H = cv::findHomography(board, image, 0);
-  if (H.empty()) return std::nullopt;
-  Eigen::Matrix3d out;
-  for (int r = 0; r < 3; ++r)
-    for (int c = 0; c < 3; ++c) out(r, c) = H.at<double>(r, c);
-  return out;
+  Eigen::Matrix2Xd board(2, 4 * tags.size()), image(2, 4 * tags.size());
+  for (std::size_t i = 0; i < tags.size(); ++i) {
+    const auto at = static_cast<Eigen::Index>(4 * i);
+    board.middleCols<4>(at) = corners[i].topRows<2>();
+    image.middleCols<4>(at) = tags[i]->corners;
+  }
+  return fit_homography(board, image);
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include "vision/boards/grow_grid.hpp"
 #include "vision/boards/refine_point.hpp"
 #include "vision/cv_view.hpp"
+#include "vision/homography.hpp"
 
 namespace kr5::vision {
 namespace {
@@ -97,21 +98,6 @@ double radius_of(ImageView image, const Vector2d& centre, double spacing) {
   return sum / rays;
 }
 
-/// Homography plane -> image by least squares (rows of the DLT, points scaled).
-Eigen::Matrix3d homography(const Eigen::Matrix2Xd& plane, const std::vector<Vector2d>& image) {
-  std::vector<cv::Point2d> a, b;
-  for (std::size_t i = 0; i < image.size(); ++i) {
-    a.emplace_back(plane(0, static_cast<Eigen::Index>(i)), plane(1, static_cast<Eigen::Index>(i)));
-    b.emplace_back(image[i].x(), image[i].y());
-  }
-  const cv::Mat H = cv::findHomography(a, b, 0);
-  Eigen::Matrix3d out = Eigen::Matrix3d::Identity();
-  if (!H.empty())
-    for (int r = 0; r < 3; ++r)
-      for (int c = 0; c < 3; ++c) out(r, c) = H.at<double>(r, c);
-  return out;
-}
-
 /// Where the centre of the circle behind an ellipse is seen: back on the plane the outline is a circle again, whose
 /// centre is then sent through the camera.
 Vector2d true_centre(const Eigen::Matrix3d& H, const Vector2d& centre, const Eigen::Matrix2d& Q) {
@@ -176,7 +162,8 @@ std::optional<SeenPoints> find_circles(ImageView image, const Target& target, Re
     if (dots.fits[i]) seen.pixel[i] = dots.fits[i]->centre.pixel, seen.sigma[i] = dots.fits[i]->centre.sigma;
   const Eigen::Matrix2Xd plane = target_points(target).points.topRows<2>() / target.size;
   for (int pass = 0; pass < 3; ++pass) {
-    const Eigen::Matrix3d H = homography(plane, seen.pixel);
+    const Eigen::Map<const Eigen::Matrix2Xd> pixels(seen.pixel.front().data(), 2, plane.cols());
+    const Eigen::Matrix3d H = fit_homography(plane, pixels).value_or(Eigen::Matrix3d::Identity());
     for (std::size_t i = 0; i < grid.points.size(); ++i)
       if (dots.fits[i]) seen.pixel[i] = true_centre(H, dots.fits[i]->centre.pixel, dots.fits[i]->Q);
   }

@@ -9,6 +9,7 @@
 
 #include <kr5/core/error.hpp>
 #include <kr5/geometry/resection.hpp>
+#include <kr5/geometry/target.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 
 namespace kr5::vision {
@@ -25,6 +26,14 @@ double log_odds(double first, double second, double dof, double sigma) {
   if (sigma > 0) return (first - second) / (2 * sigma * sigma);
   constexpr double tiny = 1e-18;  // [px^2] below it two perfect fits are the same
   return 0.5 * dof * std::log((first + tiny) / (second + tiny));
+}
+
+/// Options that say of the points of a view what their detection does.
+TargetPoseOptions options_of(const Eigen::VectorXd& sigma, double correlation) {
+  constexpr Eigen::Index telling_points = 6;
+  TargetPoseOptions out{.correlation = correlation};
+  if (sigma.size() > 0 && sigma.size() < telling_points) out.sigma_pixel = std::sqrt(sigma.cwiseAbs2().mean());
+  return out;
 }
 
 }  // namespace
@@ -71,6 +80,24 @@ TargetPose estimate_target_pose(const View& view, const Pinhole& camera, const T
   pose.fit.message = pose.ambiguous ? "two poses explain the view; move the camera nearer, or more to the side"
                                     : "one pose explains the view";
   return pose;
+}
+
+TargetPose estimate_target_pose(const Detection& detection, const Pinhole& camera) {
+  return estimate_target_pose(detection.view, camera, options_of(detection.sigma, detection.correlation));
+}
+
+TargetPose estimate_tag_pose(const TagDetection& tag, double size, const Pinhole& camera) {
+  return estimate_target_pose(tag_view(tag, size), camera, options_of(tag.sigma, tag.correlation));
+}
+
+View tag_view(const TagDetection& tag, double size) {
+  require(size > 0 && std::isfinite(size), "size must be positive [m]");
+  View out;
+  out.name = tag.family + " " + std::to_string(tag.id);
+  out.points = square_corners(size);
+  out.pixels = tag.corners;
+  for (int k = 0; k < 4; ++k) out.ids.push_back(4 * tag.id + k);
+  return out;
 }
 
 }  // namespace kr5::vision
