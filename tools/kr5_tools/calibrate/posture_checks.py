@@ -74,7 +74,7 @@ def _scale_text(scaled: kr5.calibration.ScaledPlaces) -> str:
     return f"{found}: the scale of the device is wrong, or the arm is another one"
 
 
-def _shift_text(shifted: kr5.calibration.ShiftedRows, names: list[str]) -> str:
+def _shift_text(shifted: kr5.calibration.ShiftedPlaces, names: list[str]) -> str:
     return (
         f"the measurements belong to the joint values one row {'before' if shifted.shift > 0 else 'after'}, from"
         f" {names[shifted.first]} to {names[shifted.last]}: one of the two lists is shifted"

@@ -92,7 +92,7 @@ struct MirroredPlaces {
 };
 
 /// Measured places that belong to the joint values of the row before (or after) their own.
-struct ShiftedRows {
+struct ShiftedPlaces {
   int shift = 0;
   int first = 0;
   int last = 0;
@@ -139,7 +139,7 @@ struct PostureFindings {
   double misfit = 0.0;  ///< [m]
   std::optional<ScaledPlaces> scaled;
   std::optional<MirroredPlaces> mirrored;
-  std::optional<ShiftedRows> shifted;
+  std::optional<ShiftedPlaces> shifted;
   std::optional<ReorderedRows> reordered;
   std::optional<UnrelatedPlaces> unrelated;
 

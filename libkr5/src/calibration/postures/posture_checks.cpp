@@ -63,7 +63,7 @@ MirroredPlaces mirrored_places(const MeasuredRows& rows) {
   return {fit_device(rows.flanges, mirrored, true).misfit};
 }
 
-ShiftedRows shifted_rows(const MeasuredRows& rows, int shift) {
+ShiftedPlaces shifted_rows(const MeasuredRows& rows, int shift) {
   const std::vector<Pose>& all = rows.flanges;
   const bool before = shift > 0;
   const std::vector<Pose> flanges(before ? all.begin() : all.begin() + 1, before ? all.end() - 1 : all.end());
