@@ -91,8 +91,8 @@ TEST_CASE("twice the std of each parameter holds the truth in 95 % of trials, an
       CHECK(uncertainty::binomial_interval(inside[i], trials, 1 - 0.01 / 18).contains(0.95));
       together += inside[i];
     }
-    CHECK(together > 0.93 * 18 * trials);
-    CHECK(together < 0.97 * 18 * trials);
+    const double margin = trials >= 1000 ? 0.02 : 0.04;  // those of one trial are not independent of each other
+    CHECK(std::abs(together / (18.0 * trials) - 0.95) < margin);
   }
 }
 
