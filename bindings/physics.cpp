@@ -34,8 +34,6 @@ static Rows currents(const Cell& cell, const Rows& acceleration, const Rows& tor
 }
 
 static Rows torques(const Cell& cell, const Rows& currents) {
-  kr5::require(cell.drives.has_value(), "drives: are missing in the cell");
-  kr5::require(currents.cols() == cell.robot.joints(), "currents: expected a column a joint");
   return reported_torques(cell, Eigen::MatrixXd(currents));
 }
 

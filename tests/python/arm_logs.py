@@ -6,7 +6,7 @@ import kr5.cell
 import kr5.io
 import kr5.predict
 import numpy as np
-from kr5.logs.values import joint_torques
+from kr5 import physics
 
 from conftest import ROOT
 
@@ -38,7 +38,7 @@ def moved(cell, rows=1500, step=0.008, seed=1, q_noise=1e-5, course=swing, noise
     family = "tau" if "tau1" in shown else "i"
     tau = np.column_stack([shown[f"{family}{k + 1}"] for k in range(6)])
     if family == "i":
-        tau = joint_torques(cell.drives, tau)
+        tau = physics.reported_torques(cell, tau)
     return t, q + random.normal(0, q_noise, q.shape), tau + random.normal(0, noise, tau.shape)
 
 

@@ -137,7 +137,7 @@ def tool_poses(tool: Tool, log: Log) -> np.ndarray:
 
 def low_pass(s: Series, cut: float, where: str) -> Series:
     """Zero-phase Butterworth low-pass of order 4 (run forth and back), on even steps."""
-    step = float(np.median(np.diff(s.t)))
+    step = arm_log.middle_step(s.t)
     if cut >= 0.5 / step:
         raise kr5.IoError(
             f"{where}: resample.low_pass: found {cut:g} Hz, expected less than half the rate of the log,"

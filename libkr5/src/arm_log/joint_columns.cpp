@@ -4,6 +4,7 @@
 #include <vector>
 
 #include <kr5/physics/cubic_spline.hpp>
+#include <kr5/physics/motors.hpp>
 #include <kr5/predict/fast_simulator.hpp>
 
 namespace kr5::arm_log {
@@ -27,10 +28,6 @@ MatrixXd joint_columns(const cell::Experiment& experiment, const std::string& fa
   return out;
 }
 
-MatrixXd joint_torques(const cell::Drives& drives, const MatrixXd& currents) {
-  return currents * drives.torque_constant.asDiagonal() * drives.structure;
-}
-
 MatrixXd link_loads(const cell::Cell& cell, const cell::Experiment& experiment) {
   cell::Cell bare = cell;
   bare.drives.reset();
@@ -45,7 +42,7 @@ JointMotion motion_of(const cell::Cell& cell, const cell::Experiment& experiment
   const MatrixXd q = joint_columns(experiment, "qc", n);
   const std::string family = load_family(experiment);
   const MatrixXd loads = joint_columns(experiment, family, n);
-  const MatrixXd tau = family == "i" ? joint_torques(*cell.drives, loads) : loads;
+  const MatrixXd tau = family == "i" ? physics::reported_torques(cell, loads) : loads;
   std::vector<Index> shown, pieces;
   Index piece = 0;
   for (Index i = 0; i < t.size(); ++i) {

@@ -18,8 +18,6 @@ bool has_column(const cell::Experiment& experiment, const std::string& name);
 std::string load_family(const cell::Experiment& experiment);
 /// Columns family1 ... familyN, rows x joints.
 Eigen::MatrixXd joint_columns(const cell::Experiment& experiment, const std::string& family, int joints);
-/// Torques on the joint side that motor currents make: S^T (k i), a row a sample.
-Eigen::MatrixXd joint_torques(const cell::Drives& drives, const Eigen::MatrixXd& currents);
 /// Torques that the links and the tool of a cell take in the motion of an experiment, without drives and friction.
 Eigen::MatrixXd link_loads(const cell::Cell& cell, const cell::Experiment& experiment);
 

@@ -54,6 +54,11 @@ VectorXd torque_constant(const cell::Cell& cell) {
 }
 
 MatrixXd reported_torques(const cell::Cell& cell, const Eigen::Ref<const MatrixXd>& currents) {
+  require(cell.drives.has_value(), "drives: this cell has no motors");
+  const int n = cell.robot.joints();
+  require_sizes(*cell.drives, n);
+  require(currents.cols() == n, "currents: expected " + std::to_string(n) + " columns, found " +
+                                    std::to_string(currents.cols()));
   return currents * cell.drives->torque_constant.asDiagonal() * cell.drives->structure;
 }
 

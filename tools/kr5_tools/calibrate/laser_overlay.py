@@ -31,7 +31,9 @@ def overlay_profile(
     grey = np.ascontiguousarray(image.max(axis=2)) if image.ndim == 3 else image
     found = vision.compare_laser_line(grey, camera, T, points)
     if not found.projected.size:
-        raise kr5.InvalidArgument(found.fit.message)
+        raise kr5.InvalidArgument(
+            f"{found.fit.message}; look at the camera, at T_flange_camera and at which profile belongs to the image"
+        )
     return found
 
 

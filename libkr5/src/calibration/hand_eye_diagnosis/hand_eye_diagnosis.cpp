@@ -77,8 +77,7 @@ double held_out(const Case& c, const SetupHypothesis& h) {
   return held_out_rms(h.reading, c.sightings);
 }
 
-/// Whether outliers are looked for. Poses of a target are less alike in their noise than pixels, which the quick fit
-/// does not know: of pairs only those count that the calibration, which knows more of their noise, left out.
+/// Whether outliers are looked for: of pairs only those count that the calibration left out, too.
 bool looks_for_outliers(const Case& c, const HandEyeResult& result) {
   return !c.pairs || result.views.empty() || std::ranges::any_of(result.views, &HandEyeViewReport::outlier);
 }

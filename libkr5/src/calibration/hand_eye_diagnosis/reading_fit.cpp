@@ -285,6 +285,11 @@ class Fitter {
     fit_.score = score();
     for (int i = 0; i < reading_.size(); ++i) fit_.chi_squared.push_back(misfit(i));
     Eigen::MatrixXd H = information();
+    if (tail_ > 0) {  // of the t distribution: its Fisher information, and standard deviations in place of its scales
+      H *= (tail_ + 6) / (tail_ + 8);
+      const double std_of_scale = std::sqrt(tail_ / (tail_ - 2));
+      fit_.sigma_position *= std_of_scale, fit_.sigma_rotation *= std_of_scale;
+    }
     H.diagonal().array() += 1e-9;
     fit_.covariance = H.ldlt().solve(Eigen::MatrixXd::Identity(H.rows(), H.cols()));
     fit_.usable = fit_.covariance.allFinite() && std::isfinite(fit_.score);

@@ -37,8 +37,8 @@ struct ReadingFit {
   Pose Y_after = Pose::Identity();  ///< The same after the split.
   double scale = 1.0;
   double lag = 0.0;
-  double sigma_position = 0.0;      ///< [m]
-  double sigma_rotation = 0.0;      ///< [rad]
+  double sigma_position = 0.0;      ///< Standard deviation per axis [m].
+  double sigma_rotation = 0.0;      ///< Standard deviation per axis [rad].
   double score = 0.0;               ///< -2 log likelihood of the robot poses, without the constant.
   std::vector<double> chi_squared;  ///< Of each pair, six degrees of freedom.
   Eigen::MatrixXd covariance;       ///< Of X, Y, (Y_after, scale, lag).

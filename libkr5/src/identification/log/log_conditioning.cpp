@@ -25,12 +25,6 @@ constexpr double arm_bandwidth = 25.0;      // above which an arm's speed has on
 constexpr double power_share = 0.99;        // of the speeds, below the bandwidth
 constexpr double samples_per_period = 4.0;  // of the cut-off that decimation leaves
 
-/// The median; of an even number the mean of both in the middle.
-double middle_value(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return 0.5 * (values[(values.size() - 1) / 2] + values[values.size() / 2]);
-}
-
 std::string trimmed(const std::string& text) {
   const auto from = text.find_first_not_of(" \t"), to = text.find_last_not_of(" \t");
   return from == std::string::npos ? "" : text.substr(from, to - from + 1);
@@ -234,8 +228,8 @@ ConditioningOptions conditioning_like(std::span<const ConditionedMotion> motions
   std::vector<double> cutoffs, decimations;
   for (const ConditionedMotion& motion : motions)
     cutoffs.push_back(motion.cutoff), decimations.push_back(motion.decimation);
-  out.cutoff = middle_value(cutoffs);
-  if (out.decimation == 0) out.decimation = static_cast<int>(std::nearbyint(middle_value(decimations)));
+  out.cutoff = midpoint_median(cutoffs);
+  if (out.decimation == 0) out.decimation = static_cast<int>(std::nearbyint(midpoint_median(decimations)));
   return out;
 }
 
