@@ -58,6 +58,8 @@ void bind_motions(py::module_& m) {
   bind_struct<Positions>(m, "Positions", "Positions over times of their own.");
   m.def("choose_smoothing", &choose_smoothing, py::arg("t"), py::arg("q"), py::arg("loads") = Eigen::MatrixXd(),
         "Smoothing of a motion: five times its bandwidth; loads, in the same rows, for the meaning of uneven stamps.");
+  m.def("middle_step", &middle_step, py::arg("t"),
+        "Step of a log [s]: the median of its steps, of an even number the larger one in the middle.");
   m.def("smooth_positions", &smooth_positions, py::arg("t"), py::arg("q"), py::arg("smoothing"),
         "Positions at even steps, low-passed without delay.");
   m.def("positions_at", &positions_at, py::arg("positions"), py::arg("t"),

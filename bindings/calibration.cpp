@@ -191,7 +191,8 @@ static void bind_posture_checks(py::module_& m) {
   kr5::python::bind_enum<DeviceUnit>(m, "DeviceUnit", "Unit that a factor of all lengths is known for.");
   kr5::python::bind_struct<ScaledPlaces>(m, "ScaledPlaces", "Places farther apart, or nearer, than the arm's.");
   kr5::python::bind_struct<MirroredPlaces>(m, "MirroredPlaces", "Places of the other handedness.");
-  kr5::python::bind_struct<ShiftedPlaces>(m, "ShiftedPlaces", "Places that belong to the row before or after their own.");
+  kr5::python::bind_struct<ShiftedPlaces>(m, "ShiftedPlaces",
+                                          "Places that belong to the row before or after their own.");
   kr5::python::bind_struct<ReorderedRows>(m, "ReorderedRows", "Places beside the joint values of another row.");
   kr5::python::bind_struct<UnrelatedPlaces>(m, "UnrelatedPlaces", "Places that fit the joint values in no order.");
   kr5::python::bind_struct<PostureFindings>(m, "PostureFindings", "What speaks against measured postures.");

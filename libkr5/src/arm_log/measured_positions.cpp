@@ -26,11 +26,6 @@ constexpr Index fewest_positions = 30;   // rows
 constexpr double most_even_rows = 5e6;
 constexpr double slowest_cutoff = 1e-3;  // [Hz]
 
-double middle_step(const VectorXd& t) {
-  const VectorXd steps = t.tail(t.size() - 1) - t.head(t.size() - 1);
-  return median({steps.begin(), steps.end()});
-}
-
 /// Values at even steps from the first time to the last, linear between rows.
 Positions at_even_steps(const VectorXd& t, const MatrixXd& q, double step) {
   const double span = t[t.size() - 1] - t[0];
@@ -56,6 +51,12 @@ std::string every_fault() {
 }
 
 }  // namespace
+
+double middle_step(const VectorXd& t) {
+  require(t.size() > 1, "t: expected two times or more, found " + std::to_string(t.size()));
+  const VectorXd steps = t.tail(t.size() - 1) - t.head(t.size() - 1);
+  return median({steps.begin(), steps.end()});
+}
 
 Smoothing choose_smoothing(const VectorXd& t, const MatrixXd& q, const MatrixXd& loads) {
   require(q.rows() == t.size() && (loads.size() == 0 || loads.rows() == t.size()),

@@ -57,8 +57,8 @@ MatrixXd reported_torques(const cell::Cell& cell, const Eigen::Ref<const MatrixX
   require(cell.drives.has_value(), "drives: this cell has no motors");
   const int n = cell.robot.joints();
   require_sizes(*cell.drives, n);
-  require(currents.cols() == n, "currents: expected " + std::to_string(n) + " columns, found " +
-                                    std::to_string(currents.cols()));
+  require(currents.cols() == n,
+          "currents: expected " + std::to_string(n) + " columns, found " + std::to_string(currents.cols()));
   return currents * cell.drives->torque_constant.asDiagonal() * cell.drives->structure;
 }
 

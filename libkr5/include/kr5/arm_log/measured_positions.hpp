@@ -32,6 +32,10 @@ struct Smoothing {
   }
 };
 
+/// The step of a log: the median of its steps, of an even number the larger one in the middle. @param t Times [s].
+/// @throws InvalidArgument for fewer than two.
+double middle_step(const Eigen::VectorXd& t);
+
 /// The smoothing of a motion. @param t Times, rising [s]; @param q Rows x joints [rad or m]; @param loads In the same
 /// rows, for the meaning of uneven stamps; may be empty.
 /// @throws InvalidArgument for fewer than 30 rows, or such as do not tell how fast the arm moves.

@@ -180,9 +180,9 @@ LaserLineComparison compare_laser_line(ImageView image, const Pinhole& camera, c
   const ProjectedPoints at = project_into(image, camera, T_camera_scanner.T, points);
   LaserLineComparison out;
   if (at.pixels.cols() < fewest_points) {
-    out.fit.message =
-        "the profile lies outside the image: " + std::to_string(at.pixels.cols()) + " of " +
-        std::to_string(points.cols()) + " points are in it, expected at least " + std::to_string(fewest_points);
+    out.fit.message = "the profile lies outside the image: " + std::to_string(at.pixels.cols()) + " of " +
+                      std::to_string(points.cols()) + " points are in it, expected at least " +
+                      std::to_string(fewest_points);
     return out;
   }
   const Matrix2Xd normals = normals_of(at.pixels);
