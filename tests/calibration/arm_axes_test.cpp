@@ -131,7 +131,7 @@ TEST_CASE("neighbours at the limit of near-parallel have finite standard deviati
     const ArmAxesResult r = identify_arm_axes(w.turns, w.home, {.axis = {.sigma_position = 1e-4}});
     REQUIRE(r.fit.usable());
     CAPTURE(off, stated_std(r).transpose());
-    CHECK(stated_std(r).maxCoeff() < 0.1);
+    CHECK(stated_std(r).maxCoeff() < 0.5);  // a noise of 0.1 mm over the sine, on a short arc
   }
 }
 

@@ -332,7 +332,6 @@ TEST_CASE("the right cause comes first for pairs of poses, too, and sound pairs 
       names_first(draw_pairs(cause, 5'700'000 + seed + 77'000 * static_cast<std::uint64_t>(cause)), std::string(name));
   }
   CAPTURE(wrong);
-  // What is missed are sound pairs of single images of a plane: of the worst of them, some are taken for outliers.
   check_rate(right, all, 0.9, test::full() ? 0.9 : 0.8);
 }
 

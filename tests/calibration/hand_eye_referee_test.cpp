@@ -9,8 +9,6 @@
 
 #include "support/hand_eye_world.hpp"
 
-namespace hand_eye_referee_test {
-
 // calibrate_hand_eye eliminates the pose of the target view by view. Here Ceres, with derivatives of its own making and
 // the robot pose errors as unknowns, minimises the same sum over all of them at once: both must end at the same poses
 // and covariance.
@@ -132,5 +130,3 @@ TEST_CASE("ends where Ceres ends when it minimises the same sum over every robot
     for (int k = 0; k < 3; ++k) CHECK(sigma[k] == Approx(theirs[k]).epsilon(0.02));
   }
 }
-
-}  // namespace hand_eye_referee_test

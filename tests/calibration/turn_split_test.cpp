@@ -69,7 +69,7 @@ TEST_CASE("of values that are as common as each other the earliest is home; a wi
   const Eigen::MatrixXd q = (Eigen::MatrixXd(6, 1) << 0.3, 0.1, 0.2, 0.3, 0.1, 0.25).finished();
   CHECK(split_turns(q).home[0] == 0.3);
   CHECK(split_turns(q).rows[0].size() == 6);
-  CHECK(split_turns(q, {.max_standing = 0.06}).home[0] == 0.3);  // with 0.25 and the other 0.3
+  CHECK(split_turns(q, {.max_standing = 0.06}).home[0] == 0.25);  // with 0.2 and both 0.3
   CHECK(split_turns(q, {.max_standing = 0.11}).home[0] == 0.2);  // within reach of all
   CHECK(split_turns(q, {.max_standing = 0.11}).still == std::vector<int>{0});
 }

@@ -29,7 +29,7 @@ constexpr double side = 0.03;
 using Places = std::function<Vector2d(int id)>;
 
 Places row_by_row(int cols, double gap) {
-  return [=](int id) { return (1 + gap) * Vector2d(id % cols, id / cols); };
+  return [=](int id) -> Vector2d { return (1 + gap) * Vector2d(id % cols, id / cols); };
 }
 
 /// A board before the camera, its middle in the middle of the image.
