@@ -2,6 +2,8 @@
 
 #include <array>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <memory>
 #include <regex>
 
@@ -141,7 +143,7 @@ TEST_CASE("every fault has its kind") {
   CHECK(with("</Sen>", "</Sen>" + good) == TelegramFault::Malformed);
   CHECK(with("<AK ", "<AK =") == TelegramFault::Malformed);
   CHECK(with("A1=\"0.000000\"", "A1=\"0.000000") == TelegramFault::BadNumber);  // up to the next quote
-  CHECK(with("A6=\"0.000000\"", "A6=\"0.000000") == TelegramFault::Truncated);
+  CHECK(with("A6=\"0.000000\"", "A6=\"0.000000") == TelegramFault::Malformed);
   CHECK(with("<AK ", "<AK A1=\"1\" ") == TelegramFault::Duplicate);
   CHECK(with("<AK ", "<AK /><AK ") == TelegramFault::Duplicate);
   CHECK(with("<IPOC>", "<IPOC>1</IPOC><IPOC>") == TelegramFault::Duplicate);
@@ -172,6 +174,32 @@ TEST_CASE("values of a type are of that type") {
   CHECK(read("1", "-7") == TelegramFault::None);
   CHECK(read("1", "9223372036854775807") == TelegramFault::BadNumber);
   CHECK(read("1", "99999999999999999999") == TelegramFault::BadNumber);
+}
+
+TEST_CASE("numbers are read to the nearest double, however they are written") {
+  TelegramLayout layout;
+  layout.receive = {{.tag = "V", .index = 1}};
+  const TelegramCodec codec(layout, Sender::Computer);
+  Random random(14);
+  Telegram t;
+  for (int i = 0; i < 20000; ++i) {
+    std::array<char, 400> text;
+    const double value = random.normal(std::pow(10, random.uniform(-6, 9)));
+    const int digits = random.integer(18);
+    std::snprintf(text.data(), text.size(), random.integer(2) ? "%.*f" : "%.*g", digits, value);
+    REQUIRE(codec.decode("<Sen Type=\"ImFree\"><V>" + std::string(text.data()) + "</V><IPOC>1</IPOC></Sen>", t) ==
+            TelegramFault::None);
+    REQUIRE(t.values[0] == std::strtod(text.data(), nullptr));
+  }
+  for (const char* odd :
+       {".5", "5.", "-.5", "0000000000000001", "123456789012345", "1234567890123456", "99999999999999.9"}) {
+    REQUIRE(codec.decode("<Sen Type=\"ImFree\"><V>" + std::string(odd) + "</V><IPOC>1</IPOC></Sen>", t) ==
+            TelegramFault::None);
+    CHECK(t.values[0] == std::strtod(odd, nullptr));
+  }
+  for (const char* bad : {".", "-", "-.", "1.2.3", "..", "1-", "e5"})
+    CHECK(codec.decode("<Sen Type=\"ImFree\"><V>" + std::string(bad) + "</V><IPOC>1</IPOC></Sen>", t) ==
+          TelegramFault::BadNumber);
 }
 
 TEST_CASE("what cannot be written is not written") {

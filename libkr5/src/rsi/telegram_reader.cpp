@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "rsi/telegram_reader.hpp"
 
-#include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
+#include <cstdint>
 
 namespace kr5::rsi {
 namespace {
@@ -12,10 +13,12 @@ constexpr double greatest_long = 9007199254740992.0;  // 2^53: every smaller int
 
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
 
-bool is_name_character(char c) {
-  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-' ||
-         c == '.' || c == ':';
-}
+constexpr std::array<bool, 256> name_characters = [] {
+  std::array<bool, 256> out{};
+  for (const char c : std::string_view("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-.:"))
+    out[static_cast<unsigned char>(c)] = true;
+  return out;
+}();
 
 std::string_view trimmed(std::string_view text) {
   while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
@@ -31,6 +34,33 @@ bool parsed(std::string_view text, T& value) noexcept {
   return error == std::errc() && stop == end;
 }
 
+/// A plain decimal of at most 15 digits: its digits and the power of ten are doubles, so that their quotient is the
+/// nearest one. Anything else is left to from_chars, which takes twice as long.
+bool parsed_plain(std::string_view text, double& value) noexcept {
+  constexpr std::array<double, 16> powers = {1,   1e1, 1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
+                                             1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15};
+  const bool negative = text.starts_with('-');
+  if (negative) text.remove_prefix(1);
+  if (text.empty() || text.size() > powers.size()) return false;
+  std::int64_t digits = 0;
+  std::size_t point = text.size();
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] >= '0' && text[i] <= '9') {
+      digits = 10 * digits + (text[i] - '0');
+    } else if (text[i] == '.' && point == text.size()) {
+      point = i;
+    } else {
+      return false;
+    }
+  }
+  const std::size_t decimals = point == text.size() ? 0 : text.size() - point - 1;
+  if (text.size() == powers.size() && point == text.size()) return false;  // 16 digits
+  if (text.size() == 1 && point == 0) return false;                        // a point alone
+  value = static_cast<double>(digits) / powers[decimals];
+  if (negative) value = -value;
+  return true;
+}
+
 bool parsed_value(ValueType type, std::string_view text, double& value) noexcept {
   text = trimmed(text);
   if (type == ValueType::Bool) {
@@ -44,7 +74,7 @@ bool parsed_value(ValueType type, std::string_view text, double& value) noexcept
     value = static_cast<double>(whole);
     return std::abs(value) < greatest_long;
   }
-  return parsed(text, value) && std::isfinite(value);
+  return parsed_plain(text, value) || (parsed(text, value) && std::isfinite(value));
 }
 
 bool is_type(std::string_view name) { return name == "Type" || name == "TYPE" || name == "type"; }
@@ -76,7 +106,7 @@ bool TelegramReader::expect(char c) noexcept {
 
 bool TelegramReader::name(std::string_view& out) noexcept {
   std::size_t size = 0;
-  while (size < left_.size() && is_name_character(left_[size])) ++size;
+  while (size < left_.size() && name_characters[static_cast<unsigned char>(left_[size])]) ++size;
   if (size == left_.size()) return fail(TelegramFault::Truncated);
   if (size == 0) return fail(TelegramFault::Malformed);
   out = left_.substr(0, size);
@@ -88,11 +118,13 @@ bool TelegramReader::quoted(std::string_view& out) noexcept {
   if (left_.empty()) return fail(TelegramFault::Truncated);
   const char quote = left_.front();
   if (quote != '"' && quote != '\'') return fail(TelegramFault::Malformed);
-  const std::size_t end = left_.find(quote, 1);
-  if (end == left_.npos) return fail(TelegramFault::Truncated);
+  std::size_t end = 1;
+  for (; end < left_.size() && left_[end] != quote; ++end)
+    if (left_[end] == '<') return fail(TelegramFault::Malformed);  // a lost quote, not a value
+  if (end == left_.size()) return fail(TelegramFault::Truncated);
   out = left_.substr(1, end - 1);
   left_.remove_prefix(end + 1);
-  return out.find('<') == out.npos || fail(TelegramFault::Malformed);  // a lost quote, not a value
+  return true;
 }
 
 bool TelegramReader::attribute(std::string_view& name, std::string_view& value) noexcept {
