@@ -99,6 +99,12 @@ BENCHES = {
         ("--full",),
         ("--quick",),
     ),
+    "rsi": Bench(
+        "Link to a KUKA controller: codec",
+        "telegrams of the same layouts",
+        (BUILD,),
+        (BUILD, "--repeat", "50"),
+    ),
     "insertion": Bench(
         "Insertion: geometry, localisation, force loop, rates and times",
         "the same cell, tilt and clearances, partly the same seeds; the controller is told the servo of the simulated"

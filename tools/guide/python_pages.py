@@ -33,6 +33,7 @@ MODULES = (
     "picking",
     "predict",
     "robot",
+    "rsi",
     "sim",
     "tables",
     "uncertainty",

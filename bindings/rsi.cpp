@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <array>
+#include <string>
+
+#include <kr5/core/error.hpp>
+#include <kr5/rsi/controller_files.hpp>
+#include <kr5/rsi/kuka_pose.hpp>
+#include <kr5/rsi/layout_file.hpp>
+#include <kr5/rsi/link.hpp>
+#include <kr5/rsi/side_channel.hpp>
+#include <kr5/rsi/telegram_codec.hpp>
+
+#include "struct_binder.hpp"
+
+namespace py = pybind11;
+using namespace kr5::rsi;
+using kr5::python::bind_enum;
+using kr5::python::bind_struct;
+
+namespace {
+
+void bind_layout(py::module_& m) {
+  bind_enum<Controller>(m, "Controller", "Controller: krc2 | krc4_rsi3 | krc4 | krc5 | iiqka.");
+  bind_enum<Transport>(m, "Transport", "Transport: udp | tcp.");
+  bind_enum<ValueType>(m, "ValueType", "Type of a value: bool | long | float | double | string.");
+  bind_enum<Meaning>(m, "Meaning", "What an element of a telegram means.");
+  bind_enum<CorrectionTarget>(m, "CorrectionTarget", "What corrections move: axes | cartesian.");
+  bind_struct<TelegramElement>(m, "TelegramElement", "One element of the controller's sensor configuration.");
+  bind_struct<GripperBits>(m, "GripperBits", "Bits of the gripper in the digital inputs and outputs.");
+  bind_struct<TelegramField>(m, "TelegramField", "One value of a telegram.");
+  bind_struct<TelegramLayout>(m, "TelegramLayout", "Both telegrams between controller and computer, and their socket.");
+  m.def("usual_layout", &usual_layout, py::arg("controller"), py::arg("target") = CorrectionTarget::Axes,
+        "Layout of poses, axes, motor currents and late packets in, corrections and the bits of a gripper out.");
+  m.def("book_layout", &book_layout, "Layout of the KR C2 of the book, over TCP.");
+  m.def("telegram_fields", &telegram_fields, py::arg("elements"),
+        "Values of a telegram in the order in which they stand.");
+  m.def("parse_layout", &parse_layout, py::arg("xml"), py::arg("source"),
+        "Layout of a sensor configuration; raises IoError with line and element.");
+  m.def(
+      "load_layout", [](const std::string& file) { return load_layout(file); }, py::arg("file"),
+      "Layout of the sensor configuration in a file.");
+  m.def("layout_xml", &layout_xml, py::arg("layout"), "Sensor configuration of a layout, for the controller.");
+}
+
+void bind_files(py::module_& m) {
+  bind_struct<ProgramOptions>(m, "ProgramOptions", "Options of controller_files.");
+  bind_struct<ControllerFile>(m, "ControllerFile", "A file for a controller.");
+  bind_struct<ControllerFiles>(m, "ControllerFiles", "Files for a controller, and what is left to do by hand.");
+  m.def("controller_files", &controller_files, py::arg("layout"), py::arg("options") = ProgramOptions{},
+        "Sensor configuration, signal flow and KRL program for the controller of a layout.");
+  m.def("from_kuka", &from_kuka, py::arg("xyzabc"), "Pose of X Y Z A B C in mm and degrees [m].");
+  m.def("to_kuka", &to_kuka, py::arg("T"), "X Y Z A B C of a pose [mm, deg].");
+}
+
+py::dict plain_values(const TelegramCodec& codec, const Telegram& t) {
+  py::dict out;
+  for (std::size_t i = 0; i < codec.fields().size(); ++i) {
+    const TelegramField& f = codec.fields()[i];
+    if (!t.present[i]) continue;
+    const std::string name = f.attribute.empty() ? f.element : f.element + "." + f.attribute;
+    if (f.type == ValueType::String)
+      out[py::str(name)] = py::bytes(std::string(t.message.text())).attr("decode")("utf-8", "replace");
+    else
+      out[py::str(name)] = t.values[i];
+  }
+  return out;
+}
+
+/// Telegram of values by their names; those that are not named are 0.
+Telegram telegram_of(const TelegramCodec& codec, const py::dict& values, std::uint64_t ipoc) {
+  Telegram out;
+  out.ipoc = Ipoc(ipoc);
+  for (const auto& [key, value] : values) {
+    const auto name = key.cast<std::string>();
+    bool known = false;
+    for (std::size_t i = 0; i < codec.fields().size(); ++i) {
+      const TelegramField& f = codec.fields()[i];
+      if (name != (f.attribute.empty() ? f.element : f.element + "." + f.attribute)) continue;
+      known = true;
+      if (f.type == ValueType::String)
+        out.message = MessageText(value.cast<std::string>());
+      else
+        out.values[i] = value.cast<double>();
+    }
+    kr5::require(known, name + ": no value of the telegram has this name");
+  }
+  return out;
+}
+
+void bind_codec(py::module_& m) {
+  bind_enum<Sender>(m, "Sender", "Who writes a telegram: controller | computer.");
+  bind_enum<TelegramFault>(m, "TelegramFault", "What is wrong with a telegram; none: nothing.");
+  bind_struct<TelegramCounts>(m, "TelegramCounts", "Telegrams by what was wrong with them.");
+  py::class_<TelegramCodec>(m, "TelegramCodec", "Codec of the telegrams of one sender, in the units of the wire.")
+      .def(py::init<const TelegramLayout&, Sender>(), py::arg("layout"), py::arg("sender"))
+      .def(
+          "decode",
+          [](const TelegramCodec& self, const py::bytes& bytes) {
+            Telegram t;
+            const TelegramFault fault = self.decode(static_cast<std::string_view>(bytes), t);
+            return py::make_tuple(fault, plain_values(self, t), std::string(t.ipoc.text()));
+          },
+          py::arg("bytes"), "Fault, values by their names, and IPOC as it came.")
+      .def(
+          "encode",
+          [](const TelegramCodec& self, const py::dict& values, std::uint64_t ipoc) {
+            std::array<char, max_telegram> bytes;
+            const std::size_t size = self.encode(telegram_of(self, values, ipoc), bytes);
+            kr5::require(size > 0, "the telegram cannot be written: values must be finite and at most 1e9");
+            return py::bytes(bytes.data(), size);
+          },
+          py::arg("values"), py::arg("ipoc"), "Bytes of a telegram; values that are not named are 0.")
+      .def_property_readonly("fields", &TelegramCodec::fields, "Values of the telegram in their order.");
+}
+
+void bind_link(py::module_& m) {
+  bind_struct<MotionLimits>(m, "MotionLimits", "Limits of one coordinate of a correction.");
+  bind_struct<CorrectionLimits>(m, "CorrectionLimits", "Limits of corrections, which hold whoever asks.");
+  bind_struct<RealTimeOptions>(m, "RealTimeOptions", "What the thread of a link asks of the kernel.");
+  bind_enum<Grant>(m, "Grant", "Whether the kernel gave what it was asked for: not_asked | given | denied.");
+  bind_struct<RealTimeStatus>(m, "RealTimeStatus", "What the kernel gave.");
+  bind_enum<Reconnect>(m, "Reconnect", "What follows when a controller is there again: hold | resume.");
+  bind_enum<LinkState>(m, "LinkState", "State of a link: waiting | running | holding.");
+  bind_struct<LinkOptions>(m, "LinkOptions", "Options of Link.");
+  bind_struct<Distribution>(m, "Distribution", "Summary of durations.");
+  bind_struct<LinkStatistics>(m, "LinkStatistics", "What a link has seen since it began.");
+  m.def("real_time_remedies", &real_time_remedies, py::arg("status"),
+        "What the kernel denied, and how it is permitted, a sentence each.");
+  py::class_<Link>(
+      m, "Link",
+      "The computer's end of the sensor interface, in a thread of its own, without corrections: it answers "
+      "a controller and keeps statistics. Corrections are computed in C++ (kr5/rsi/link.hpp).")
+      .def(py::init([](const TelegramLayout& layout, const LinkOptions& options) {
+             return std::make_unique<Link>(layout, kr5::robot::SensorModel{}, options, CycleFunction());
+           }),
+           py::arg("layout"), py::arg("options") = LinkOptions{})
+      .def_property_readonly("port", &Link::port, "Port that it listens on.")
+      .def_property_readonly("real_time", &Link::real_time, "What the kernel gave to its thread.")
+      .def("statistics", &Link::statistics, "What it has seen since it began.");
+}
+
+void bind_side_channel(py::module_& m) {
+  bind_enum<SideKind>(m, "SideKind", "Kind of a result: vision | force.");
+  bind_struct<VisionResult>(m, "VisionResult", "Where a camera sees something.");
+  bind_struct<ForceResult>(m, "ForceResult", "Reading of a force sensor.");
+  bind_struct<SideMessage>(m, "SideMessage", "A datagram of the side channel.");
+  bind_struct<SideStatistics>(m, "SideStatistics", "What came over the side channel.");
+  m.attr("usual_side_port") = usual_side_port;
+  m.def("side_now", &side_now, "Clock of the side channel, which does not jump [ns].");
+  py::class_<SideSender>(m, "SideSender", "Sends results to another computer, or to all of a network.")
+      .def(py::init<const std::string&, int>(), py::arg("address"), py::arg("port") = usual_side_port)
+      .def("send", py::overload_cast<const VisionResult&, std::int64_t>(&SideSender::send), py::arg("result"),
+           py::arg("time"),
+           "Sends a result with the time of its measurement by side_now; whether that was possible [ns].")
+      .def("send", py::overload_cast<const ForceResult&, std::int64_t>(&SideSender::send), py::arg("result"),
+           py::arg("time"));
+  py::class_<SidePort>(m, "SidePort", "Receives results, and keeps the newest of each kind.")
+      .def(py::init<int, const std::string&>(), py::arg("port") = usual_side_port, py::arg("listen") = "0.0.0.0")
+      .def("receive", &SidePort::receive, "Takes what has come, without waiting; whether there is a newer result.")
+      .def(
+          "latest",
+          [](const SidePort& self, SideKind kind) {
+            const SideMessage* found = self.results().latest(kind);
+            return found ? std::optional(*found) : std::nullopt;
+          },
+          py::arg("kind"), "The newest result of a kind.")
+      .def(
+          "age", [](const SidePort& self, SideKind kind) { return self.results().age(kind, side_now()); },
+          py::arg("kind"), "Time since it was measured, but for the least delay of the network [s].")
+      .def_property_readonly(
+          "statistics", [](const SidePort& self) { return self.results().statistics(); }, "What came so far.")
+      .def_property_readonly("port", &SidePort::port, "Port that it listens on.");
+}
+
+}  // namespace
+
+void bind_rsi(py::module_& m) {
+  m.doc() = "KUKA's RobotSensorInterface: telegrams, files for the controller, the link, results between computers.";
+  bind_layout(m);
+  bind_files(m);
+  bind_codec(m);
+  bind_link(m);
+  bind_side_channel(m);
+}

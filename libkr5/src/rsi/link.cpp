@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/rsi/link.hpp>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <future>
+#include <thread>
+
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <kr5/core/error.hpp>
+
+#include "rsi/sockets.hpp"
+#include "rsi/stream_framer.hpp"
+
+namespace kr5::rsi {
+
+class Link::Server {
+ public:
+  Server(const TelegramLayout& layout, const robot::SensorModel& model, const LinkOptions& options, CycleFunction step)
+      : session_(layout, model, options, std::move(step)),
+        datagrams_(layout.transport == Transport::Udp),
+        socket_(datagrams_ ? udp_socket(endpoint(options.listen, layout.port))
+                           : tcp_listener(endpoint(options.listen, layout.port))),
+        wake_(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {
+    if (!wake_) throw IoError(std::string("the link cannot be made: ") + std::strerror(errno));
+    std::promise<RealTimeStatus> begun;
+    std::future<RealTimeStatus> status = begun.get_future();
+    thread_ = std::thread([this, asked = options.real_time, begun = std::move(begun)]() mutable {
+      begun.set_value(request_real_time(asked));
+      run();
+    });
+    real_time_ = status.get();
+  }
+  ~Server() {
+    const std::uint64_t one = 1;
+    [[maybe_unused]] const ssize_t written = write(wake_.get(), &one, sizeof one);
+    thread_.join();
+  }
+  Server(const Server&) = delete;
+  Server& operator=(const Server&) = delete;
+
+  LinkSession& session() noexcept { return session_; }
+  int port() const noexcept { return bound_port(socket_); }
+  RealTimeStatus real_time() const noexcept { return real_time_; }
+
+ private:
+  void run() noexcept {
+    constexpr int patience = 50;      // [ms]
+    constexpr int most_at_once = 64;  // a flood of datagrams does not keep it from ending
+    while (true) {
+      std::array<pollfd, 3> watched = {
+          {{wake_.get(), POLLIN, 0}, {socket_.get(), POLLIN, 0}, {connection_.get(), POLLIN, 0}}};  // -1 is not watched
+      if (poll(watched.data(), watched.size(), patience) == 0) session_.note_silence(steady_now());
+      if (watched[0].revents) return;
+      if (datagrams_) {
+        for (int i = 0; i < most_at_once && answer_datagram();) ++i;
+      } else {
+        if (watched[1].revents) take_connection();
+        if (connection_ && watched[2].revents) answer_stream();
+      }
+    }
+  }
+
+  /// False when there is none.
+  bool answer_datagram() noexcept {
+    const Datagram got = receive(socket_, buffer_);
+    if (got.size < 0) return false;
+    const std::int64_t now = steady_now(), arrival = now - got.waited;
+    const auto size = static_cast<std::size_t>(got.size);
+    const std::string_view answer = session_.answer({buffer_.data(), size}, got.from.number(), arrival);
+    if (answer.empty()) return true;
+    const bool sent = send_to(socket_, answer, got.from);
+    session_.note_sent(sent, now - arrival, steady_now() - arrival);
+    return true;
+  }
+
+  void take_connection() noexcept {
+    Descriptor next = accept_connection(socket_);
+    if (!next) return;
+    if (connection_) return session_.note_stranger();  // and it is closed
+    connection_ = std::move(next);
+    framer_.clear();
+    ++connections_;
+  }
+
+  void answer_stream() noexcept {
+    const std::int64_t size = read_some(connection_, framer_.room());
+    const std::int64_t arrival = steady_now();
+    if (size < 0) {
+      connection_ = Descriptor();
+      return session_.end();
+    }
+    framer_.added(static_cast<std::size_t>(size));
+    for (std::string_view telegram = framer_.next(); !telegram.empty(); telegram = framer_.next()) {
+      const std::string_view answer = session_.answer(telegram, connections_, arrival);
+      if (answer.empty()) continue;
+      const bool sent = write_all(connection_, answer);
+      session_.note_sent(sent, 0, steady_now() - arrival);
+    }
+  }
+
+  LinkSession session_;
+  bool datagrams_;
+  Descriptor socket_, wake_, connection_;
+  std::uint64_t connections_ = 0;
+  StreamFramer framer_{"</Rob>"};
+  std::array<char, max_telegram + 1> buffer_{};  // one more, so that what is too long is seen to be
+  RealTimeStatus real_time_;
+  std::thread thread_;
+};
+
+Link::Link(const TelegramLayout& layout, const robot::SensorModel& model, const LinkOptions& options,
+           CycleFunction step)
+    : server_(std::make_unique<Server>(layout, model, options, std::move(step))) {}
+
+Link::~Link() = default;
+
+int Link::port() const noexcept { return server_->port(); }
+RealTimeStatus Link::real_time() const noexcept { return server_->real_time(); }
+LinkStatistics Link::statistics() const noexcept { return server_->session().statistics(); }
+void Link::resume() noexcept { server_->session().resume(); }
+
+}  // namespace kr5::rsi

@@ -1,0 +1,75 @@
+// What runs in the thread of the link allocates nothing.
+#ifndef KR5_SANITIZED
+
+#include <array>
+#include <cstddef>
+#include <string>
+
+#include <catch2/catch.hpp>
+
+#include <kr5/rsi/link_session.hpp>
+#include <kr5/rsi/side_receiver.hpp>
+
+#include "plain_controller.hpp"
+#include "wire_messages.hpp"
+
+namespace {
+long rsi_allocations = 0;
+}
+// What every allocation comes to, Eigen's and that of operator new.
+extern "C" void* __libc_malloc(std::size_t size);
+extern "C" void* malloc(std::size_t size) {
+  ++rsi_allocations;
+  return __libc_malloc(size);
+}
+
+using namespace kr5;
+using namespace kr5::rsi;
+
+namespace allocation_test {
+
+TEST_CASE("answering a telegram allocates nothing, of joints and of the tool, good and faulty") {
+  for (const bool tool : {false, true}) {
+    TelegramLayout layout = test::wire_layout("krc4_ros_rsi_ethernet.xml");
+    layout.receive = book_layout().receive;
+    LinkSession session(layout, {}, {}, [tool](const robot::RobotReading& r) noexcept {
+      robot::RobotCommand out;
+      out.target = tool ? robot::CommandTarget::Tool : robot::CommandTarget::Joints;
+      out.joints = r.joints;
+      out.tool = r.T_base_tool;
+      out.tool.translation().x() += 0.01;
+      return out;
+    });
+    std::array<std::string, 4> telegrams = {test::plain_rob(1000, test::home), test::plain_rob(1004, test::home),
+                                            test::plain_rob(1004, test::home).substr(0, 200), std::string("x")};
+    std::size_t answered = 0;
+    const long before = rsi_allocations;
+    for (const std::string& t : telegrams) answered += !session.answer(t, 1, 0).empty();
+    session.note_sent(true, 1, 2);
+    session.note_silence(5);
+    const long allocated = rsi_allocations - before;
+    CHECK(answered == 2);
+    CHECK(allocated == 0);
+    CHECK(session.statistics().refused == 0);
+  }
+}
+
+TEST_CASE("taking a result from the side channel allocates nothing") {
+  SideReceiver receiver;
+  std::array<char, max_side_message> bytes;
+  SideMessage message;
+  const long before = rsi_allocations;
+  for (const SideKind kind : {SideKind::Vision, SideKind::Force}) {
+    message.kind = kind;
+    receiver.take({bytes.data(), encode_side(message, bytes)}, 0);
+  }
+  receiver.take("x", 0);
+  receiver.age(SideKind::Force, 1);
+  const long allocated = rsi_allocations - before;
+  CHECK(allocated == 0);
+  CHECK(receiver.statistics().received == 2);
+}
+
+}  // namespace allocation_test
+
+#endif
