@@ -191,7 +191,8 @@ static void bind_posture_checks(py::module_& m) {
   kr5::python::bind_enum<DeviceUnit>(m, "DeviceUnit", "Unit that a factor of all lengths is known for.");
   kr5::python::bind_struct<ScaledPlaces>(m, "ScaledPlaces", "Places farther apart, or nearer, than the arm's.");
   kr5::python::bind_struct<MirroredPlaces>(m, "MirroredPlaces", "Places of the other handedness.");
-  kr5::python::bind_struct<ShiftedPlaces>(m, "ShiftedPlaces", "Places that belong to the row before or after their own.");
+  kr5::python::bind_struct<ShiftedPlaces>(m, "ShiftedPlaces",
+                                          "Places that belong to the row before or after their own.");
   kr5::python::bind_struct<ReorderedRows>(m, "ReorderedRows", "Places beside the joint values of another row.");
   kr5::python::bind_struct<UnrelatedPlaces>(m, "UnrelatedPlaces", "Places that fit the joint values in no order.");
   kr5::python::bind_struct<PostureFindings>(m, "PostureFindings", "What speaks against measured postures.");
@@ -214,12 +215,12 @@ static void bind_posture_checks(py::module_& m) {
       "Raises\n------\nkr5.InvalidArgument\n    Joint values that do not fit the arm, or NaN.");
   m.def(
       "find_moved_device",
-      [](const KinematicsResult& result, const std::vector<ArmPosture>& postures, double chance) {
-        return find_moved_device(result, postures, chance);
+      [](const KinematicsResult& result, const std::vector<ArmPosture>& postures, double max_chi_square) {
+        return find_moved_device(result, postures, max_chi_square);
       },
-      py::arg("result"), py::arg("postures"), py::arg("chance") = 60.0,
-      "The row from which on the residuals of a calibration are others; None where there is none. `chance`: greatest\n"
-      "chi-square, over all rows, that chance gives [-].");
+      py::arg("result"), py::arg("postures"), py::arg("max_chi_square") = 60.0,
+      "The row from which on the residuals of a calibration are others; None where there is none. `max_chi_square`:\n"
+      "greatest chi-square, over all rows, that chance gives [-].");
 }
 
 static void bind_further_postures(py::module_& m) {
