@@ -215,12 +215,12 @@ static void bind_posture_checks(py::module_& m) {
       "Raises\n------\nkr5.InvalidArgument\n    Joint values that do not fit the arm, or NaN.");
   m.def(
       "find_moved_device",
-      [](const KinematicsResult& result, const std::vector<ArmPosture>& postures, double chance) {
-        return find_moved_device(result, postures, chance);
+      [](const KinematicsResult& result, const std::vector<ArmPosture>& postures, double max_chi_square) {
+        return find_moved_device(result, postures, max_chi_square);
       },
-      py::arg("result"), py::arg("postures"), py::arg("chance") = 60.0,
-      "The row from which on the residuals of a calibration are others; None where there is none. `chance`: greatest\n"
-      "chi-square, over all rows, that chance gives [-].");
+      py::arg("result"), py::arg("postures"), py::arg("max_chi_square") = 60.0,
+      "The row from which on the residuals of a calibration are others; None where there is none. `max_chi_square`:\n"
+      "greatest chi-square, over all rows, that chance gives [-].");
 }
 
 static void bind_further_postures(py::module_& m) {

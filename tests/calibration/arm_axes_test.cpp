@@ -157,6 +157,33 @@ TEST_CASE("the arm ends where the measured point is at home, whatever the first 
   CHECK(end().allFinite());
 }
 
+TEST_CASE("turns of poses give the arm within its uncertainty; it ends in the tool") {
+  Random random(10);
+  const ArmTurns w = make_arm_turns(random, {.sigma = 1e-5, .home_spread = 0.2, .poses = true});
+  const ArmAxesResult r = identify_arm_axes(w.turns, w.home);
+  REQUIRE(r.fit.usable());
+  REQUIRE(r.parameters.size() == 18);
+  const Eigen::VectorXd error = parameter_errors(r, w.truth());
+  CAPTURE(error.transpose(), stated_std(r).transpose());
+  CHECK((error.array().abs() < 5 * stated_std(r).array()).all());
+  CHECK(stated_std(r).maxCoeff() < 1e-3);
+  CHECK((r.arm.flange(w.home).translation() - w.place_at_home()).norm() < 1e-4);
+  CHECK(r.findings.empty());
+}
+
+TEST_CASE("a turn without joint values begins at home, even where its first sample is an outlier") {
+  Random random(11);
+  ArmTurns w = make_arm_turns(random, {.sigma = 1e-5});
+  const Eigen::Vector3d first = w.turns[5][0].points.col(0);
+  w.turns[5][0].points.col(0) += 0.03 * kinematics::axes_of(w.arm, w.home)[5].direction;  // at its angle
+  for (std::vector<JointSample>& turn : w.turns)
+    for (JointSample& sample : turn) sample.q.reset();
+  const ArmAxesResult r = identify_arm_axes(w.turns, Eigen::VectorXd::Zero(6));
+  REQUIRE(r.fit.usable());
+  REQUIRE(r.axes[5].outliers == std::vector<int>{0});
+  CHECK((r.arm.flange(Eigen::VectorXd::Zero(6)).translation() - first).norm() < 1e-4);
+}
+
 TEST_CASE("turns without joint values begin at home") {
   Random random(7);
   ArmTurns w = make_arm_turns(random, {.sigma = 1e-5});
@@ -196,6 +223,13 @@ TEST_CASE("turns that are none, too short or not measured, a home that does not 
   const auto call = [&](const ArmAxesOptions& options = {}) { identify_arm_axes(w.turns, w.home, options); };
   CHECK_THROWS_WITH(call({.axis = {.sigma_position = -1}}), Contains("sigma_position"));
   CHECK_THROWS_WITH(call({.findings = {.min_jump = 0}}), Contains("min_jump"));
+  kinematics::DhChain nominal = test::book_arm();
+  nominal.joints[2].alpha = std::numeric_limits<double>::quiet_NaN();
+  CHECK_THROWS_WITH(call({.nominal = nominal}), Contains("nominal: T_base_0 and all parameters must be finite"));
+  nominal = test::book_arm(), nominal.T_base_0.translation().x() = std::numeric_limits<double>::infinity();
+  CHECK_THROWS_WITH(call({.nominal = nominal}), Contains("nominal: T_base_0 and all parameters must be finite"));
+  nominal = test::book_arm(), nominal.joints[4].type = kinematics::JointType::Prismatic;
+  CHECK_THROWS_WITH(call({.nominal = nominal}), Contains("nominal: every joint must be revolute"));
   w.home[2] = std::numeric_limits<double>::quiet_NaN();
   CHECK_THROWS_WITH(call(), Contains("home must be finite"));
   w.home[2] = 0;

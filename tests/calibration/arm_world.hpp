@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -25,7 +26,6 @@ struct ArmWorldOptions {
   double length = 1e-3, angle = 2e-3, joint = 0.0;  // spread of the true arm about the nominal one
   double sigma = 5e-5, sigma_rotation = 1e-4;
   bool poses = false;  // else one point a posture
-  int sockets = 0;     // else measured from outside
 };
 
 /// The true arm and what a device sees of it.
@@ -84,6 +84,34 @@ inline ArmWorld make_arm_world(const ArmWorldOptions& o) {
     }
   }
   return w;
+}
+
+constexpr double socket_distance = 0.05;  // [m]
+
+/// Postures that put the tip into the sockets "left" and "right" in turn, by a few Newton steps from random ones.
+inline std::vector<ArmPosture> socket_postures(const ArmWorld& w, std::size_t count, Random& random) {
+  const Eigen::Vector3d sockets[] = {{0.8, 0.1, 0.4}, {0.8 + socket_distance, 0.1, 0.4}};
+  std::vector<ArmPosture> out;
+  while (out.size() < count) {
+    ArmPosture p;
+    p.socket = out.size() % 2 ? "right" : "left";
+    p.q = random_posture(random);
+    for (int step = 0; step < 50; ++step) {
+      const Pose T = w.flange(p.q);
+      const Eigen::Vector3d off = sockets[out.size() % 2] - T * w.tip;
+      Eigen::MatrixXd J(3, 6);
+      for (int k = 0; k < 6; ++k) {
+        Eigen::VectorXd moved = p.q;
+        moved[k] += 1e-7;
+        J.col(k) = (w.flange(moved) * w.tip - T * w.tip) / 1e-7;
+      }
+      p.q += J.transpose() * (J * J.transpose() + 1e-9 * Eigen::Matrix3d::Identity()).ldlt().solve(off);
+    }
+    if ((w.flange(p.q) * w.tip - sockets[out.size() % 2]).norm() > 1e-9 || p.q.cwiseAbs().maxCoeff() > 3.2) continue;
+    p.q += random.normal_vector(6, 2e-5);
+    out.push_back(p);
+  }
+  return out;
 }
 
 }  // namespace kr5::test

@@ -1,5 +1,7 @@
 #include "calibration/postures/device_fit.hpp"
 
+#include <algorithm>
+
 #include <catch2/catch.hpp>
 
 #include <calibration/arm_world.hpp>
@@ -40,7 +42,11 @@ TEST_CASE("device and tip are found to the noise, with a fifth of the places wro
     CHECK((found.T_device_base.linear() - w.T_world_base.linear()).norm() < 2e-3);
     CHECK((found.T_device_base.translation() / scale - w.T_world_base.translation()).norm() < 1e-3);
     CHECK(found.misfit < 5e-4);
-    CHECK((found.places - tip_places(seen.flanges, w.tip)).colwise().norm().minCoeff() < 5e-4);
+    const Eigen::RowVectorXd off = (found.places - tip_places(seen.flanges, w.tip)).colwise().norm();
+    double most = 0.0;
+    for (Eigen::Index i = 0; i < off.size(); ++i)
+      if (i % 5 != 0) most = std::max(most, off[i]);
+    CHECK(most < 1e-3);  // noise 0.05 mm an axis, and what device and tip are off
     CHECK((found.scale_std > 0) == (trial % 2 == 0));
   }
 }

@@ -21,6 +21,22 @@ std::vector<ArmPosture> taken_out(ArmWorld& w, std::size_t count) {
   return out;
 }
 
+/// Gives the joints of an arm compliances and its postures torques, and measures them again.
+void load(ArmWorld& w, const Eigen::VectorXd& compliances, unsigned seed) {
+  Random random(seed);
+  const Eigen::VectorXd most = (Eigen::VectorXd(6) << 10, 400, 200, 5, 20, 1).finished();
+  for (ArmPosture& p : w.postures) {
+    p.torques = random.normal_vector(6, 1.0).cwiseProduct(most);
+    const Pose T = w.T_world_base * w.flange(p.q - compliances.cwiseProduct(p.torques));
+    Vector6 noise;
+    noise << random.normal_vector(3, 5e-5), random.normal_vector(3, 1e-4);
+    if (p.T_world_tool)
+      p.T_world_tool = T * w.T_flange_tool * to_pose(noise);
+    else
+      p.points = T * w.tip + noise.head<3>();
+  }
+}
+
 }  // namespace
 
 TEST_CASE("an identified arm predicts postures left out to the noise, the nominal arm to its errors") {
@@ -29,6 +45,7 @@ TEST_CASE("an identified arm predicts postures left out to the noise, the nomina
     const std::vector<ArmPosture> further = taken_out(w, 20);
     const KinematicsResult result = calibrate_kinematics(w.nominal, w.postures);
     const FurtherPostures found = evaluate_arm(result, w.nominal, w.postures, further);
+    CHECK(found.fit.usable());
     CHECK_FALSE(found.placed);
     REQUIRE(found.errors.size() == 20);
     REQUIRE(found.nominal_errors.size() == 20);
@@ -52,10 +69,97 @@ TEST_CASE("a device of which the fit says nothing is placed on the further postu
   CHECK_FALSE(need_placing(w.postures, {}));
   const KinematicsResult result = calibrate_kinematics(w.nominal, w.postures);
   const FurtherPostures found = evaluate_arm(result, w.nominal, w.postures, points.postures);
+  CHECK(found.fit.usable());
   CHECK(found.placed);
   CHECK(found.mean < 0.2 * found.nominal_mean);
   CHECK_THROWS_WITH(evaluate_arm(result, w.nominal, w.postures, std::span(points.postures).first(5)),
                     Contains("found 5 postures, expected at least 6"));
+}
+
+TEST_CASE("further postures that do not place a device give no errors, with the reason") {
+  const ArmWorld w = make_arm_world({.seed = 3, .poses = true});
+  ArmWorld points = make_arm_world({.seed = 3, .postures = 20});
+  Random random(4);
+  for (ArmPosture& p : points.postures) {  // joint 1 alone moves
+    p.q.tail(5).setZero();
+    p.points = w.T_world_base * w.flange(p.q) * w.tip + random.normal_vector(3, 5e-5);
+  }
+  const KinematicsResult result = calibrate_kinematics(w.nominal, w.postures);
+  const FurtherPostures found = evaluate_arm(result, w.nominal, w.postures, points.postures);
+  CHECK(found.placed);
+  CHECK(found.fit.status == FitStatus::Degenerate);
+  CHECK_THAT(found.fit.message, Contains("the identified arm cannot be placed: ") && Contains("determine"));
+  CHECK(found.errors.empty());
+  CHECK(found.nominal_errors.empty());
+  CHECK(found.mean == 0.0);
+}
+
+TEST_CASE("parameters that the fit held do not matter to the nominal arm") {
+  ArmWorld w = make_arm_world({.seed = 5, .postures = 80, .length = 0.0});
+  const std::vector<ArmPosture> further = taken_out(w, 20);
+  const KinematicsOptions hold{.hold = {"arm.joint3.a", "joint_errors"}};
+  const KinematicsResult held = calibrate_kinematics(w.nominal, w.postures, {}, hold);
+  const FurtherPostures found = evaluate_arm(held, w.nominal, w.postures, further, {}, hold),
+                        free =
+                            evaluate_arm(calibrate_kinematics(w.nominal, w.postures), w.nominal, w.postures, further);
+  REQUIRE(found.fit.usable());
+  CHECK(found.mean < 3e-4);
+  CHECK(found.nominal_mean > 3 * found.mean);
+  CHECK(found.nominal_mean == Approx(free.nominal_mean).epsilon(0.02));
+}
+
+TEST_CASE("the nominal arm is placed without postures that contradict the others") {
+  ArmWorld w = make_arm_world({.seed = 6, .postures = 80});
+  const std::vector<ArmPosture> further = taken_out(w, 20);
+  ArmWorld without = w;
+  without.postures.erase(without.postures.begin() + 5);
+  w.postures[5].points.col(0) += Eigen::Vector3d(0.5, -0.3, 0.2);
+  const KinematicsResult result = calibrate_kinematics(w.nominal, w.postures),
+                         sound = calibrate_kinematics(w.nominal, without.postures);
+  REQUIRE(result.postures[5].outlier);
+  const FurtherPostures found = evaluate_arm(result, w.nominal, w.postures, further),
+                        expected = evaluate_arm(sound, w.nominal, without.postures, further);
+  REQUIRE(found.nominal_errors.size() == 20);
+  for (std::size_t i = 0; i < 20; ++i)
+    CHECK(found.nominal_errors[i] == Approx(expected.nominal_errors[i]).margin(1e-5));
+}
+
+TEST_CASE("errors of the joints and compliances count where a device is placed on further postures") {
+  const Eigen::VectorXd compliances = (Eigen::VectorXd(6) << 0, 4e-6, 6e-6, 0, 3e-5, 0).finished();
+  ArmWorld w = make_arm_world({.seed = 7, .postures = 150, .joint = 4e-4, .poses = true}),
+           points = make_arm_world({.seed = 7, .postures = 40, .joint = 4e-4});
+  load(w, compliances, 8), load(points, compliances, 9);
+  const KinematicsOptions elastic{.elasticity = true};
+  const KinematicsResult result = calibrate_kinematics(w.nominal, w.postures, {}, elastic);
+  const auto mean_of = [&](const KinematicsResult& r) {
+    const FurtherPostures found = evaluate_arm(r, w.nominal, w.postures, points.postures, {}, elastic);
+    REQUIRE(found.fit.usable());
+    CHECK(found.placed);
+    CHECK(found.mean < found.nominal_mean);
+    return found.mean;
+  };
+  const double mean = mean_of(result);
+  CHECK(mean < 5e-4);
+  KinematicsResult straight = result, rigid = result;
+  straight.joint_errors.resize(0, 0), rigid.compliances.resize(0);
+  CHECK(mean_of(straight) > 1.5 * mean);
+  CHECK(mean_of(rigid) > 1.5 * mean);
+}
+
+TEST_CASE("sockets of a known distance among the fitted postures place the nominal arm, too") {
+  ArmWorld w = make_arm_world({.seed = 3});
+  const std::vector<ArmPosture> further = taken_out(w, 20);
+  Random random(13);
+  for (const ArmPosture& p : socket_postures(w, 40, random)) w.postures.push_back(p);
+  const SocketDistance apart{.first = "left", .second = "right", .distance = socket_distance};
+  const KinematicsResult result = calibrate_kinematics(w.nominal, w.postures, std::span(&apart, 1));
+  const FurtherPostures found = evaluate_arm(result, w.nominal, w.postures, further, std::span(&apart, 1));
+  REQUIRE(found.fit.usable());
+  CHECK_FALSE(found.placed);
+  CHECK(found.mean < 3e-4);
+  CHECK(found.nominal_mean > 1e-3);
+  const SocketDistance unknown{.first = "left", .second = "middle", .distance = socket_distance};
+  CHECK_THROWS_WITH(evaluate_arm(result, w.nominal, w.postures, further, std::span(&unknown, 1)), Contains("'middle'"));
 }
 
 TEST_CASE(

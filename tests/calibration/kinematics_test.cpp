@@ -97,30 +97,8 @@ TEST_CASE("up to 20 % of wrong postures are named and do not spoil the arm") {
 TEST_CASE("a ball in two sockets of known distance calibrates an arm without a measuring device") {
   Random random(13);
   ArmWorld w = make_arm_world({.seed = 3, .postures = 0});
-  const Eigen::Vector3d sockets[] = {{0.8, 0.1, 0.4}, {0.85, 0.1, 0.4}};
-  std::vector<ArmPosture> postures;
-  // Postures that put the tip into a socket, by a few Newton steps from random ones.
-  while (postures.size() < 120) {
-    ArmPosture p;
-    p.socket = postures.size() % 2 ? "right" : "left";
-    p.q = random_posture(random);
-    for (int step = 0; step < 50; ++step) {
-      const Pose T = w.flange(p.q);
-      const Eigen::Vector3d off = sockets[postures.size() % 2] - T * w.tip;
-      Eigen::MatrixXd J(3, 6);
-      for (int k = 0; k < 6; ++k) {
-        Eigen::VectorXd moved = p.q;
-        moved[k] += 1e-7;
-        J.col(k) = (w.flange(moved) * w.tip - T * w.tip) / 1e-7;
-      }
-      p.q += J.transpose() * (J * J.transpose() + 1e-9 * Eigen::Matrix3d::Identity()).ldlt().solve(off);
-    }
-    if ((w.flange(p.q) * w.tip - sockets[postures.size() % 2]).norm() > 1e-9 || p.q.cwiseAbs().maxCoeff() > 3.2)
-      continue;
-    p.q += random.normal_vector(6, 2e-5);
-    postures.push_back(p);
-  }
-  const SocketDistance apart{.first = "left", .second = "right", .distance = 0.05};
+  const std::vector<ArmPosture> postures = socket_postures(w, 120, random);
+  const SocketDistance apart{.first = "left", .second = "right", .distance = socket_distance};
   const KinematicsResult r = calibrate_kinematics(w.nominal, postures, std::span(&apart, 1));
   CHECK(r.fit.usable());
   CHECK((r.sockets.col(0) - r.sockets.col(1)).norm() == Approx(0.05).margin(3e-5));

@@ -226,8 +226,8 @@ TEST_CASE("postures with NaN, without places, or of another arm are passed over 
   w.postures[7].q = Eigen::VectorXd::Zero(5);
   CHECK_THROWS_WITH(check_postures(w.nominal, w.postures),
                     Catch::Matchers::Contains("posture p7: found 5 joint values"));
-  CHECK_THROWS_AS(check_postures(w.nominal, {}, {.explained = 1.0}), InvalidArgument);
-  CHECK_THROWS_AS(check_postures(w.nominal, {}, {.standing = not_seen}), InvalidArgument);
+  CHECK_THROWS_AS(check_postures(w.nominal, {}, {.max_left = 1.0}), InvalidArgument);
+  CHECK_THROWS_AS(check_postures(w.nominal, {}, {.max_standing = not_seen}), InvalidArgument);
 }
 
 }  // namespace posture_checks_test

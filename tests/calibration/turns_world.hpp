@@ -48,6 +48,23 @@ inline std::vector<JointSample> turn_samples(const kinematics::DhChain& arm, Eig
   return out;
 }
 
+/// The same of the pose of a tool on the flange.
+inline std::vector<JointSample> pose_turn_samples(const kinematics::DhChain& arm, Eigen::VectorXd q, int joint,
+                                                  const Pose& T_flange_tool, double sigma, double sigma_rotation,
+                                                  Random& random, double arc, int count = 20) {
+  std::vector<JointSample> out;
+  const double home = q[joint];
+  for (int i = 0; i < count; ++i) {
+    q[joint] = home + arc * (static_cast<double>(i) / (count - 1) - 0.5);
+    JointSample& sample = out.emplace_back();
+    sample.q = q[joint];
+    Vector6 noise;
+    noise << random.normal_vector(3, sigma), random.normal_vector(3, sigma_rotation);
+    sample.T_world_tool = arm.flange(q) * T_flange_tool * to_pose(noise);
+  }
+  return out;
+}
+
 /// The axis of one joint that turns about q, by three points on the flange.
 inline JointAxisResult turn_of(const kinematics::DhChain& arm, const Eigen::VectorXd& q, int joint, double sigma,
                                Random& random, double arc, int count = 20) {
@@ -105,6 +122,8 @@ struct ArmTurnsOptions {
   double arc = 50 * degree;  ///< [rad]
   double home_spread = 0.0;  ///< [rad]
   int samples = 20;
+  bool poses = false;            ///< Of a tool at the reflector, in place of points.
+  double sigma_rotation = 1e-5;  ///< [rad]
 };
 
 inline ArmTurns make_arm_turns(Random& random, const ArmTurnsOptions& o = {}) {
@@ -113,8 +132,13 @@ inline ArmTurns make_arm_turns(Random& random, const ArmTurnsOptions& o = {}) {
   out.arm.T_base_0 = to_pose(Vector6(2.0, 1.0, 0.5, 0.3, 0.2, -1.0));
   out.home << 0.1, -0.5, 0.6, 0.3, 0.7, 0.2;
   for (double& q : out.home) q += random.uniform(-o.home_spread, o.home_spread);
+  Vector6 tool;
+  tool << out.reflector, 0.4, -0.3, 0.8;
   for (int k = 0; k < 6; ++k)
-    out.turns.push_back(turn_samples(out.arm, out.home, k, out.reflector, o.sigma, random, o.arc, o.samples));
+    out.turns.push_back(
+        o.poses ? pose_turn_samples(out.arm, out.home, k, to_pose(tool), o.sigma, o.sigma_rotation, random, o.arc,
+                                    o.samples)
+                : turn_samples(out.arm, out.home, k, out.reflector, o.sigma, random, o.arc, o.samples));
   return out;
 }
 

@@ -265,6 +265,16 @@ def test_joints_moved_one_at_a_time_give_axes_and_parameters(tmp_path, arm, run_
             figure, truth = figures[f"joint{k + 1}.{name}"], scale * getattr(chain.joints[k], name)
             assert abs(abs(figure["value"]) - abs(truth)) < max(4 * figure["std"], 1e-3), figure
             assert figure["std"] < 1.0
+    result = data["result"]
+    count = len(result["parameters"])
+    assert count == len(figures) and np.shape(result["covariance"]) == (count, count)
+    for one, variance in zip(result["parameters"], np.diag(result["covariance"]), strict=True):
+        name = {"theta": "theta_offset"}.get(one["parameter"], one["parameter"])
+        scale = 1e3 if name in ("a", "b") else 180 / np.pi
+        figure = figures[f"joint{one['joint'] + 1}.{name}"]
+        assert scale * one["value"] == pytest.approx(figure["value"], rel=1e-3, abs=1e-3)
+        assert 0 < one["std"] <= 1.01 * np.sqrt(variance)
+    assert result["findings"]["home_jumps"] == [] and len(result["axes"]) == 6 and len(result["arm"]["joints"]) == 6
     assert run_kr5("report", "axes.json", "-o", "page.html").returncode == 0
 
 

@@ -13,6 +13,7 @@
 #include <kr5/geometry/pinhole.hpp>
 #include <kr5/geometry/pose.hpp>
 #include <kr5/vision/tag_grid.hpp>
+#include <support/rates.hpp>
 
 namespace tag_grid_test {
 
@@ -139,7 +140,7 @@ TEST_CASE("some of the tags suffice, and never tell another grid", "[tag_grid]")
       CHECK(found.cols == cols);
       CHECK(found.gap == Approx(0.25).epsilon(1e-6));
     }
-    CHECK(told >= 38);  // few may lie in too few rows and columns
+    test::check_rate(told, 40, 0.95, 0.83);  // few may lie in too few rows and columns
   }
 }
 

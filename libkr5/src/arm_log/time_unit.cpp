@@ -30,7 +30,7 @@ double forward_step(const Eigen::VectorXd& stamps) {
     if (last && stamp > *last) steps.push_back(stamp - *last);
     last = &stamp;
   }
-  return median(std::move(steps));
+  return midpoint_median(std::move(steps));
 }
 
 std::optional<TimeUnit> unit_since_1970(const Eigen::VectorXd& stamps, double step) {

@@ -33,7 +33,7 @@ double jump_size(const std::vector<double>& x) {
     usual.push_back(std::min({one, next, both}));
     see(one), see(next), see(both);
   }
-  return std::max({least_jump, jump_over_usual * median(std::move(usual)), jump_digits * digit});
+  return std::max({least_jump, jump_over_usual * midpoint_median(std::move(usual)), jump_digits * digit});
 }
 
 }  // namespace

@@ -26,12 +26,14 @@ def judge(
     further: list[calibration.ArmPosture],
     known_distances: list[calibration.SocketDistance],
     options: kr5.calibration.KinematicsOptions,
-) -> dict[str, Any]:
-    """Errors on the further postures [mm]."""
+) -> tuple[dict[str, Any], list[str]]:
+    """Errors on the further postures [mm], or why they tell of none."""
     if not further:
-        return {}
+        return {}, []
     found = calibration.evaluate_arm(result, chain, fitted, further, known_distances, options)
-    return {
+    if not found.fit.usable:
+        return {}, [f"the further postures do not judge the arm: {found.fit.message}"]
+    errors = {
         "postures": len(further),
         "placed_on_them": found.placed,
         "nominal_mean_mm": 1e3 * found.nominal_mean,
@@ -39,6 +41,7 @@ def judge(
         "rms_mm": 1e3 * found.rms,
         "max_mm": 1e3 * found.max,
     }
+    return errors, []
 
 
 def held_out_text(held_out: Mapping[str, object]) -> str:

@@ -158,8 +158,8 @@ def calibrate_kinematics(
             result, camera_check = believe_camera(chain, seen, options, result)
     if elasticity:
         add_torques(further, believed)
-    held_out = judge(result, chain, seen, further, distances, options) if result.fit.usable else {}
-    warnings = posture_warnings(chain, seen, result)
+    held_out, unjudged = judge(result, chain, seen, further, distances, options) if result.fit.usable else ({}, [])
+    warnings = [*posture_warnings(chain, seen, result), *unjudged]
     if not result.fit.usable:
         result.fit.message = "; ".join([*warnings, result.fit.message])  # what is wrong with the rows comes first
     keys = _keys(result, warnings, held_out, camera_check, postures, cell_file)

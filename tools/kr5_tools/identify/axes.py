@@ -213,7 +213,7 @@ def _keys(files: list[Path], turns: Turns, result: calibration.ArmAxesResult) ->
         "verdict": {"word": "doubtful" if warnings else "good", "text": "; ".join([text, *warnings])},
         "figures": [_parameter_row(one) for one in result.parameters],
         "frames": frames,
-        "result": {"axes": [r.to_dict() for r in result.axes], "arm": result.arm.to_dict(), "home": result.home},
+        "result": result.to_dict(),
     }
 
 

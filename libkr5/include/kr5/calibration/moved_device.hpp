@@ -29,9 +29,9 @@ struct MovedDevice {
 
 /// Searches the residuals of a calibration (of the tool, or of the first point that was seen) for the row from which on
 /// they differ most from those before. Outliers count little. Fewer than twelve places tell nothing.
-/// @param chance Greatest chi-square, over all rows, that chance gives [-].
-/// @throws InvalidArgument for postures that do not fit the result, or a `chance` that is not positive.
+/// @param max_chi_square Greatest chi-square, over all rows, that chance gives [-].
+/// @throws InvalidArgument for postures that do not fit the result, or a `max_chi_square` that is not positive.
 std::optional<MovedDevice> find_moved_device(const KinematicsResult& result, std::span<const ArmPosture> postures,
-                                             double chance = 60.0);
+                                             double max_chi_square = 60.0);
 
 }  // namespace kr5::calibration

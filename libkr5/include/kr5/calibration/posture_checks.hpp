@@ -15,28 +15,28 @@
 namespace kr5::calibration {
 
 struct PostureCheckOptions {
-  double standing = 1e-3;                        ///< [rad or m]
-  double little_motion = std::numbers::pi / 36;  ///< [rad]
-  double min_misfit = 2e-3;                      ///< [m]
-  double explained = 0.4;                        ///< [-]
-  double unrelated = 0.2;                        ///< [-]
-  double reordered = 0.05;                       ///< [-]
-  double scale_difference = 1e-3;                ///< [-]
+  double max_standing = 1e-3;               ///< [rad or m]
+  double min_turn = std::numbers::pi / 36;  ///< [rad]
+  double min_misfit = 2e-3;                 ///< [m]
+  double max_left = 0.4;                    ///< [-]
+  double min_unrelated = 0.2;               ///< [-]
+  double max_left_reordered = 0.05;         ///< [-]
+  double scale_difference = 1e-3;           ///< [-]
   int max_matched = 500;
 
   /// @throws InvalidArgument naming the offending field.
   void validate() const;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("standing", self.standing, "Range of the values of a joint below which it stood still [rad or m].");
-    visit("little_motion", self.little_motion,
+    visit("max_standing", self.max_standing, "Range of the values of a joint below which it stood still [rad or m].");
+    visit("min_turn", self.min_turn,
           "Range below which the parameters of a revolute joint are poorly determined [rad].");
     visit("min_misfit", self.min_misfit,
           "Median distance of the measured places from the nominal arm below which nothing needs an explanation [m].");
-    visit("explained", self.explained, "Part of the misfit that an explanation may leave at most [-].");
-    visit("unrelated", self.unrelated,
+    visit("max_left", self.max_left, "Part of the misfit that an explanation may leave at most [-].");
+    visit("min_unrelated", self.min_unrelated,
           "Misfit over the scatter of the places from which on these have nothing to do with the joint values [-].");
-    visit("reordered", self.reordered,
+    visit("max_left_reordered", self.max_left_reordered,
           "Part of the misfit that another order may leave; an order that is searched for explains something by chance "
           "[-].");
     visit("scale_difference", self.scale_difference, "Difference of a scale from 1 that is none [-].");

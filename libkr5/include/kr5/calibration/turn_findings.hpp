@@ -101,14 +101,14 @@ constexpr auto enum_names(NominalMismatchKind) {
 struct NominalMismatch {
   NominalMismatchKind kind = NominalMismatchKind::JointCount;
   int nominal_joints = 0;
-  double scale = 1.0;    ///< [-]
-  double scatter = 0.0;  ///< [-]
+  double scale = 1.0;     ///< [-]
+  double residual = 0.0;  ///< [-]
 
   static void each_field(auto& self, auto&& visit) {
     visit("kind", self.kind, "What contradicts: joint_count | mirrored | scaled.");
     visit("nominal_joints", self.nominal_joints, "Joints of the nominal arm.");
     visit("scale", self.scale, "Factor of all lengths against the nominal ones; negative of a mirrored arm [-].");
-    visit("scatter", self.scatter, "Relative RMS difference of the lengths that the factor leaves [-].");
+    visit("residual", self.residual, "Relative RMS difference of the lengths that the factor leaves [-].");
   }
 };
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <string>
 
 #include <kr5/core/error.hpp>
@@ -39,11 +40,21 @@ FitReport joint_report(std::span<const JointAxisResult> axes) {
   return out;
 }
 
+bool has_finite_parameters(const kinematics::DhJoint& joint) {
+  const double all[] = {joint.b, joint.theta_offset, joint.a, joint.alpha, joint.beta};
+  return std::all_of(std::begin(all), std::end(all), [](double value) { return std::isfinite(value); });
+}
+
 }  // namespace
 
 void ArmAxesOptions::validate() const {
   axis.validate();
   findings.validate();
+  if (!nominal) return;
+  require(nominal->T_base_0.matrix().allFinite() && std::ranges::all_of(nominal->joints, has_finite_parameters),
+          "nominal: T_base_0 and all parameters must be finite [m, rad]");
+  for (const kinematics::DhJoint& joint : nominal->joints)
+    require(joint.type == kinematics::JointType::Revolute, "nominal: every joint must be revolute");
 }
 
 ArmAxesResult identify_arm_axes(std::span<const std::vector<JointSample>> turns, const Eigen::VectorXd& home,

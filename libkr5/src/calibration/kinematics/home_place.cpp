@@ -29,7 +29,7 @@ std::optional<HomePlace> place_at_home(std::span<const JointSample> turn, const 
   for (std::size_t i = 0; i < turn.size(); ++i) {
     const Vector3d place = measured_place(turn[i]);
     if (is_outlier(axis, i) || !place.allFinite()) continue;
-    const double angle = turn[i].q ? *turn[i].q - home : axis.angles[static_cast<Eigen::Index>(i)];
+    const double angle = turn[i].q ? *turn[i].q - home : axis.angles[static_cast<Eigen::Index>(i)] - axis.angles[0];
     back.col(count++) = Eigen::AngleAxisd(-angle, Vector3d::UnitZ()) * (to_axis * place);
     reach = std::max(reach, std::abs(angle));
   }

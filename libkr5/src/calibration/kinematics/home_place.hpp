@@ -23,8 +23,8 @@ struct HomePlace {
   double std = 0.0;                                 ///< [m]
 };
 
-/// By the samples of a turn about its axis that are no outliers; a turn without joint values is taken to begin at home.
-/// Nothing where none of them shows the first point.
+/// By the samples of a turn about its axis that are no outliers; a turn without joint values is taken to begin at home,
+/// by the angle of its first sample, even where that is an outlier. Nothing where none of them shows the first point.
 std::optional<HomePlace> place_at_home(std::span<const JointSample> turn, const JointAxisResult& axis, double home);
 
 }  // namespace kr5::calibration

@@ -42,7 +42,7 @@ std::vector<UnevenNoise> find_uneven_noise(std::span<const std::vector<JointSamp
     std::vector<double> others;
     for (std::size_t i = 0; i < axes.size(); ++i)
       if (i != k) others.push_back(axes[i].sigma_position);
-    const double sigma = axes[k].sigma_position, usual = median(others);
+    const double sigma = axes[k].sigma_position, usual = midpoint_median(others);
     if (sigma >= min_ratio * std::max(usual, no_noise))
       out.push_back({static_cast<int>(k), sigma, usual, greatest_step(turns[k], axes[k])});
   }
@@ -108,9 +108,9 @@ std::optional<NominalMismatch> find_nominal_mismatch(const kinematics::DhChain& 
   }
   if (square == 0.0) return std::nullopt;
   out.scale = product / square;
-  out.scatter = std::sqrt(std::max(found_square / square - out.scale * out.scale, 0.0));
+  out.residual = std::sqrt(std::max(found_square / square - out.scale * out.scale, 0.0));
   out.kind = out.scale < 0 ? NominalMismatchKind::Mirrored : NominalMismatchKind::Scaled;
-  const bool off = out.scale < 0 || std::abs(out.scale - 1) > std::max(max_scale_difference, 3 * out.scatter);
+  const bool off = out.scale < 0 || std::abs(out.scale - 1) > std::max(max_scale_difference, 3 * out.residual);
   return off ? std::optional(out) : std::nullopt;
 }
 

@@ -78,8 +78,44 @@ std::vector<double> place_errors(const KinematicsResult& result, std::span<const
   return out;
 }
 
+/// Errors by a fit that placed an arm, whose report counts among those before; nothing where it is not usable.
+std::vector<double> errors_by_fit(const std::string& arm, const KinematicsResult& fit,
+                                  std::span<const ArmPosture> postures, FitReport& report) {
+  if (!fit.fit.usable()) {
+    report = {.status = FitStatus::Degenerate, .message = arm + " cannot be placed: " + fit.fit.message};
+    return {};
+  }
+  if (fit.fit.status == FitStatus::MaxIterations) report.status = fit.fit.status;
+  report.iterations = std::max(report.iterations, fit.fit.iterations);
+  return place_errors(fit, postures);
+}
+
 Eigen::Map<const Eigen::VectorXd> as_vector_of(const std::vector<double>& values) {
   return {values.data(), static_cast<Eigen::Index>(values.size())};
+}
+
+/// Both arms placed on the further postures.
+void compare_placed(const KinematicsResult& result, const kinematics::DhChain& nominal,
+                    std::span<const ArmPosture> further, const KinematicsOptions& options, FurtherPostures& out) {
+  require(further.size() >= min_postures_to_place,
+          "further: found " + std::to_string(further.size()) + " postures, expected at least " +
+              std::to_string(min_postures_to_place) + " to place device and measured point on them");
+  const KinematicsOptions held = arm_held(options, {});
+  const std::vector<ArmPosture> stood = as_they_stood(result, further);
+  out.errors = errors_by_fit("the identified arm", calibrate_kinematics(result.arm, stood, {}, held), stood, out.fit);
+  if (!out.fit.usable()) return;
+  out.nominal_errors =
+      errors_by_fit("the nominal arm", calibrate_kinematics(nominal, further, {}, held), further, out.fit);
+}
+
+/// The identified arm as it was fitted, the nominal one placed on the same postures.
+void compare_fitted(const KinematicsResult& result, const kinematics::DhChain& nominal,
+                    std::span<const ArmPosture> fitted, std::span<const ArmPosture> further,
+                    std::span<const SocketDistance> distances, const KinematicsOptions& options, FurtherPostures& out) {
+  out.errors = place_errors(result, further);
+  const KinematicsOptions held = arm_held(options, held_beside_arm(options.hold));
+  const KinematicsResult as_nominal = calibrate_kinematics(nominal, sound_postures_of(result, fitted), distances, held);
+  out.nominal_errors = errors_by_fit("the nominal arm", as_nominal, further, out.fit);
 }
 
 }  // namespace
@@ -99,20 +135,14 @@ FurtherPostures evaluate_arm(const KinematicsResult& result, const kinematics::D
   require(!further.empty(), "there are no further postures");
   FurtherPostures out;
   out.placed = need_placing(fitted, further);
-  if (out.placed) {
-    require(further.size() >= min_postures_to_place,
-            "further: found " + std::to_string(further.size()) + " postures, expected at least " +
-                std::to_string(min_postures_to_place) + " to place device and measured point on them");
-    const KinematicsOptions held = arm_held(options, {});
-    const std::vector<ArmPosture> stood = as_they_stood(result, further);
-    out.errors = place_errors(calibrate_kinematics(result.arm, stood, {}, held), stood);
-    out.nominal_errors = place_errors(calibrate_kinematics(nominal, further, {}, held), further);
-  } else {
-    out.errors = place_errors(result, further);
-    const KinematicsOptions held = arm_held(options, held_beside_arm(options.hold));
-    const KinematicsResult as_nominal =
-        calibrate_kinematics(nominal, sound_postures_of(result, fitted), distances, held);
-    out.nominal_errors = place_errors(as_nominal, further);
+  out.fit = {.status = FitStatus::Converged, .message = std::to_string(further.size()) + " further postures"};
+  if (out.placed)
+    compare_placed(result, nominal, further, options, out);
+  else
+    compare_fitted(result, nominal, fitted, further, distances, options, out);
+  if (!out.fit.usable()) {
+    out.errors.clear(), out.nominal_errors.clear();
+    return out;
   }
   const auto errors = as_vector_of(out.errors);
   out.mean = errors.mean();

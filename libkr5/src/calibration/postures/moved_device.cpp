@@ -61,8 +61,8 @@ Eigen::Vector3d predicted_place(const KinematicsResult& result, const ArmPosture
 }  // namespace
 
 std::optional<MovedDevice> find_moved_device(const KinematicsResult& result, std::span<const ArmPosture> postures,
-                                             double chance) {
-  require(chance > 0, "chance must be positive [-]");
+                                             double max_chi_square) {
+  require(max_chi_square > 0, "max_chi_square must be positive [-]");
   std::vector<int> rows;
   PlaceResiduals r(3, static_cast<Eigen::Index>(postures.size()));
   for (std::size_t i = 0; i < postures.size(); ++i) {
@@ -82,7 +82,7 @@ std::optional<MovedDevice> find_moved_device(const KinematicsResult& result, std
     const double chi_square = ResidualJump(noise.leftCols(k), noise.rightCols(n - k)).chi_square();
     if (chi_square > greatest) greatest = chi_square, at = k;
   }
-  if (greatest < chance) return std::nullopt;
+  if (greatest < max_chi_square) return std::nullopt;
   const ResidualJump jump(without_outliers(r.leftCols(at)), without_outliers(r.rightCols(n - at)));
   const double inflation = uncertainty::covariance_inflation(1, static_cast<double>(n - 2));
   return MovedDevice{rows[static_cast<std::size_t>(at)], jump.size.matrix(),

@@ -115,13 +115,13 @@ void explain_misfit(const MeasuredRows& rows, const PostureCheckOptions& options
   best.consider(&PostureFindings::mirrored, mirrored_places(rows));
   for (const int shift : {1, -1}) best.consider(&PostureFindings::shifted, shifted_rows(rows, shift));
   const double scatter = rows.scatter();
-  const bool unrelated = findings.misfit > options.unrelated * scatter;
-  if (best.misfit() <= options.explained * findings.misfit) return;
+  const bool unrelated = findings.misfit > options.min_unrelated * scatter;
+  if (best.misfit() <= options.max_left * findings.misfit) return;
   best.clear();
   if (!unrelated) return;
   if (rows.row.size() <= static_cast<std::size_t>(options.max_matched)) {
     ReorderedRows reordered = reordered_rows(rows);
-    if (reordered.misfit < options.reordered * findings.misfit) {
+    if (reordered.misfit < options.max_left_reordered * findings.misfit) {
       findings.reordered = std::move(reordered);
       return;
     }
@@ -132,12 +132,12 @@ void explain_misfit(const MeasuredRows& rows, const PostureCheckOptions& options
 }  // namespace
 
 void PostureCheckOptions::validate() const {
-  require(standing > 0, "standing must be positive [rad or m]");
-  require(little_motion > 0, "little_motion must be positive [rad]");
+  require(max_standing > 0, "max_standing must be positive [rad or m]");
+  require(min_turn > 0, "min_turn must be positive [rad]");
   require(min_misfit >= 0, "min_misfit must not be negative [m]");
-  require(explained > 0 && explained < 1, "explained must lie between 0 and 1 [-]");
-  require(unrelated > 0, "unrelated must be positive [-]");
-  require(reordered > 0 && reordered < 1, "reordered must lie between 0 and 1 [-]");
+  require(max_left > 0 && max_left < 1, "max_left must lie between 0 and 1 [-]");
+  require(min_unrelated > 0, "min_unrelated must be positive [-]");
+  require(max_left_reordered > 0 && max_left_reordered < 1, "max_left_reordered must lie between 0 and 1 [-]");
   require(scale_difference >= 0, "scale_difference must not be negative [-]");
   require(max_matched >= 0, "max_matched must not be negative");
 }
@@ -152,9 +152,9 @@ std::vector<StillJoint> find_still_joints(const kinematics::DhChain& nominal, st
     const auto [low, high] = std::minmax_element(postures.begin(), postures.end(),
                                                  [&](const auto& a, const auto& b) { return value(a) < value(b); });
     const double range = value(*high) - value(*low);
-    const bool moved = range >= options.standing;
+    const bool moved = range >= options.max_standing;
     const bool turns = nominal.joints[j].type == kinematics::JointType::Revolute;
-    if (!moved || (turns && range < options.little_motion)) out.push_back({static_cast<int>(j), range, moved});
+    if (!moved || (turns && range < options.min_turn)) out.push_back({static_cast<int>(j), range, moved});
   }
   return out;
 }

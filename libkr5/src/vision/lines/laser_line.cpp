@@ -68,7 +68,7 @@ std::vector<bool> unbroken(const Matrix2Xd& pixels) {
   const Index n = pixels.cols();
   std::vector<double> gaps;
   for (Index k = 0; k + 1 < n; ++k) gaps.push_back((pixels.col(k + 1) - pixels.col(k)).norm());
-  const double usual = median(gaps);
+  const double usual = midpoint_median(gaps);
   std::vector<bool> out(static_cast<std::size_t>(n), true);
   for (Index k = 0; k + 1 < n; ++k) {
     if (gaps[static_cast<std::size_t>(k)] <= wide_step * usual) continue;
@@ -112,11 +112,11 @@ int nearest_peak(const GreysAcross& across, double bright) {
 /// Where the nearest bright spot across the line lies; NaN where nothing stands out.
 double line_offset(const GreysAcross& across, double min_contrast) {
   if (across.greys.size() < fewest_greys) return unseen;
-  const double floor = median(across.greys);
+  const double floor = midpoint_median(across.greys);
   std::vector<double> sizes;
   for (const double grey : across.greys) sizes.push_back(std::abs(grey - floor));
   const double contrast = *std::max_element(across.greys.begin(), across.greys.end()) - floor;
-  if (contrast < min_contrast * std::max(mad_to_sigma * median(sizes), least_deviation)) return unseen;
+  if (contrast < min_contrast * std::max(mad_to_sigma * midpoint_median(sizes), least_deviation)) return unseen;
   const int peak = nearest_peak(across, floor + spot_level * contrast);
   if (peak < 0) return unseen;
   double sum = 0.0, weights = 0.0;

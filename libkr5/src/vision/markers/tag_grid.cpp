@@ -135,7 +135,7 @@ std::vector<double> neighbour_gaps(const TagCorners& tags, int cols) {
 
 double robust_spread(std::vector<double> values, double middle) {
   for (double& value : values) value = std::abs(value - middle);
-  return mad_to_sigma * median(std::move(values));
+  return mad_to_sigma * midpoint_median(std::move(values));
 }
 
 }  // namespace
@@ -166,7 +166,7 @@ TagGrid guess_tag_grid(std::span<const std::vector<TagDetection>> images, const 
   }
   std::tie(out.cols, out.misfit) = *found;
   out.rows = out.ids.back() / out.cols + 1;
-  out.gap = median(gaps);
+  out.gap = midpoint_median(gaps);
   out.gap_spread = robust_spread(gaps, out.gap);
   out.fit.status = FitStatus::Converged;
   out.fit.final_rms = out.misfit / options.tolerance;
