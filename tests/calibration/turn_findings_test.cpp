@@ -67,8 +67,8 @@ TEST_CASE("a device that moved during a turn is found with the sample, and betwe
       CAPTURE(poses, joints);
       int found = 0, steps = 0, jumps = 0, others = 0;
       for (int trial = 0; trial < trials; ++trial) {
-        ArmTurns within = first_joints(
-            make_arm_turns(random, {.sigma = 1e-5, .home_spread = 0.2, .poses = poses}), joints);
+        ArmTurns within =
+            first_joints(make_arm_turns(random, {.sigma = 1e-5, .home_spread = 0.2, .poses = poses}), joints);
         ArmTurns between = within;
         const int turned = trial % 3, first = 1 + trial % static_cast<int>(joints - 1);
         shift(within.turns[static_cast<std::size_t>(turned)], 10, device_shift);

@@ -70,7 +70,7 @@ TEST_CASE("of values that are as common as each other the earliest is home; a wi
   CHECK(split_turns(q).home[0] == 0.3);
   CHECK(split_turns(q).rows[0].size() == 6);
   CHECK(split_turns(q, {.max_standing = 0.06}).home[0] == 0.25);  // with 0.2 and both 0.3
-  CHECK(split_turns(q, {.max_standing = 0.11}).home[0] == 0.2);  // within reach of all
+  CHECK(split_turns(q, {.max_standing = 0.11}).home[0] == 0.2);   // within reach of all
   CHECK(split_turns(q, {.max_standing = 0.11}).still == std::vector<int>{0});
 }
 

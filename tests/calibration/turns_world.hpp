@@ -135,10 +135,9 @@ inline ArmTurns make_arm_turns(Random& random, const ArmTurnsOptions& o = {}) {
   Vector6 tool;
   tool << out.reflector, 0.4, -0.3, 0.8;
   for (int k = 0; k < 6; ++k)
-    out.turns.push_back(
-        o.poses ? pose_turn_samples(out.arm, out.home, k, to_pose(tool), o.sigma, o.sigma_rotation, random, o.arc,
-                                    o.samples)
-                : turn_samples(out.arm, out.home, k, out.reflector, o.sigma, random, o.arc, o.samples));
+    out.turns.push_back(o.poses ? pose_turn_samples(out.arm, out.home, k, to_pose(tool), o.sigma, o.sigma_rotation,
+                                                    random, o.arc, o.samples)
+                                : turn_samples(out.arm, out.home, k, out.reflector, o.sigma, random, o.arc, o.samples));
   return out;
 }
 
