@@ -188,7 +188,7 @@ TEST_CASE("tags with equal ids, and those of another family, are not used", "[ta
 TEST_CASE("tags that stand otherwise are not taken for a grid", "[tag_grid]") {
   const Pose T = board_pose(0.3, -0.2, 0.1, {4, 4}, 0.8);
   const auto standing = [&](int count, const Places& places) { return guess(seen(first(count), places, straight, T)); };
-  const auto at = [](double x, double y) { return 1.25 * Vector2d(x, y); };
+  const auto at = [](double x, double y) -> Vector2d { return 1.25 * Vector2d(x, y); };
   CHECK_FALSE(standing(8, [&](int i) { return at(i, 0); }).fit.usable());               // one row
   CHECK_FALSE(standing(8, [&](int i) { return at(0, i); }).fit.usable());               // one column
   CHECK_FALSE(standing(20, [&](int i) { return at(i % 4, -(i / 4)); }).fit.usable());   // numbered from below

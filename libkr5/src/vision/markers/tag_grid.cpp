@@ -84,8 +84,9 @@ Matrix2Xd corners_of(const TagCorners& tags, int corner) {
 /// Whether values differ.
 bool vary(const Eigen::RowVectorXd& values) { return values.size() > 0 && (values.array() != values[0]).any(); }
 
-/// Largest distance along an axis of the grid of a tag from its place, in pitches; nothing where tags would lie upside
-/// down, or do not determine it.
+/// Largest distance along an axis of the grid of a tag from its place, or by which tags, which are square, are wider
+/// than high, in pitches; nothing where tags would lie upside down, or do not determine it. By their places alone those
+/// of two columns of four would also stand in every other row of two.
 std::optional<double> misfit_of(const TagCorners& tags, int cols) {
   Matrix2Xd places(2, static_cast<Eigen::Index>(tags.size()));
   Eigen::Index k = 0;
@@ -98,7 +99,8 @@ std::optional<double> misfit_of(const TagCorners& tags, int cols) {
   };
   const Matrix2Xd right = beside(1), below = beside(3), off = beside(0);
   if (!(right.row(0).array() > 0).all() || !(below.row(1).array() > 0).all() || !off.allFinite()) return std::nullopt;
-  return off.cwiseAbs().maxCoeff();
+  const double width = (right - off).row(0).mean(), height = (below - off).row(1).mean();
+  return std::max(off.cwiseAbs().maxCoeff(), std::abs(width - height));
 }
 
 /// Number of columns under which the tags stand best, within the tolerance.
