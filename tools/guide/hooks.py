@@ -42,6 +42,7 @@ PLACES = {
     "CONVENTIONS.md": "conventions.md",
     "libkr5/include/kr5": "cpp-api/index.md",
     "libkr5/include/kr5/force": "cpp-api/force.md",
+    "libkr5/include/kr5/rsi": "cpp-api/rsi.md",
     "libkr5/src/cell/effect_rows": "effects.md",
 }
 PLACE = re.compile(rf"\]\((?:\.\./)+({'|'.join(map(re.escape, PLACES))})(#[^)]*)?\)")
