@@ -110,7 +110,7 @@ void bind_codec(py::module_& m) {
             return py::bytes(bytes.data(), size);
           },
           py::arg("values"), py::arg("ipoc"), "Bytes of a telegram; values that are not named are 0.")
-      .def_property_readonly("fields", &TelegramCodec::fields, "Values of the telegram in their order.");
+      .def_property_readonly("telegram_fields", &TelegramCodec::fields, "Values of the telegram in their order.");
 }
 
 void bind_link(py::module_& m) {
