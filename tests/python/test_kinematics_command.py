@@ -273,7 +273,8 @@ def test_joints_moved_one_at_a_time_give_axes_and_parameters(tmp_path, arm, run_
         scale = 1e3 if name in ("a", "b") else 180 / np.pi
         figure = figures[f"joint{one['joint'] + 1}.{name}"]
         assert scale * one["value"] == pytest.approx(figure["value"], rel=1e-3, abs=1e-3)
-        assert 0 < one["std"] <= 1.01 * np.sqrt(variance)
+        # each with the degrees of freedom of its own axes, the covariance with those of all
+        assert 0 < one["std"] <= 1.2 * np.sqrt(variance)
     assert result["findings"]["home_jumps"] == [] and len(result["axes"]) == 6 and len(result["arm"]["joints"]) == 6
     assert run_kr5("report", "axes.json", "-o", "page.html").returncode == 0
 
