@@ -126,10 +126,10 @@ void bind_link(py::module_& m) {
   bind_struct<LinkStatistics>(m, "LinkStatistics", "What a link has seen since it began.");
   m.def("real_time_remedies", &real_time_remedies, py::arg("status"),
         "What the kernel denied, and how it is permitted, a sentence each.");
-  py::class_<Link>(
-      m, "Link",
-      "The computer's end of the sensor interface, in a thread of its own, without corrections: it answers "
-      "a controller and keeps statistics. Corrections are computed in C++ (kr5/rsi/link.hpp).")
+  py::class_<Link>(m, "Link",
+                   "The computer's end of the sensor interface, in a thread of its own, without commands: it answers a "
+                   "controller, tells a gripper to hold, and keeps statistics. Commands are computed in C++ "
+                   "(kr5/rsi/link.hpp).")
       .def(py::init([](const TelegramLayout& layout, const LinkOptions& options) {
              return std::make_unique<Link>(layout, kr5::robot::SensorModel{}, options, CycleFunction());
            }),

@@ -142,6 +142,34 @@ TEST_CASE("the limits of every joint and of the pose hold for random commands") 
   }
 }
 
+TEST_CASE("a session begins with the correction that the controller makes already") {
+  ControllerState state = standing();
+  state.joint_setpoints = state.joints - JointVector::LinSpaced(6, -0.02, 0.03);
+  state.tool_setpoint = *state.tool * to_pose((Vector6() << 1e-3, 2e-3, 0, 0.01, 0, 0).finished()).inverse();
+  for (const CommandMode mode : {CommandMode::Absolute, CommandMode::Relative}) {
+    const bool absolute = mode == CommandMode::Absolute;
+    PathCorrection axes(usual_layout(Controller::Krc4), {}, mode, CommandFrame::Base, cycle);
+    axes.begin(state);
+    CHECK((axes.hold().joints - (absolute ? 1.0 : 0.0) * (state.joints - state.joint_setpoints)).norm() < 1e-12);
+    axes.step(joints_command(state.joints), state);  // where it is
+    CHECK(axes.outcome() == CommandOutcome::Followed);
+    CHECK((axes.joints() - (state.joints - state.joint_setpoints)).norm() < 1e-12);
+    PathCorrection tool(usual_layout(Controller::Krc4, CorrectionTarget::Cartesian), {}, mode, CommandFrame::Tool,
+                        cycle);
+    tool.begin(state);
+    const Pose first = *tool.hold().tool;
+    CHECK((first.matrix() - (absolute ? state.tool_setpoint->inverse() * *state.tool : Pose::Identity()).matrix())
+              .norm() < 1e-12);
+  }
+  PathCorrection both(book_layout(), {}, CommandMode::Absolute, CommandFrame::Base, cycle);
+  both.begin(state);
+  CHECK((both.joints().isZero() && both.tool().isZero()));
+  state.joint_setpoints.resize(0);
+  PathCorrection untold(usual_layout(Controller::Krc4), {}, CommandMode::Absolute, CommandFrame::Base, cycle);
+  untold.begin(state);
+  CHECK(untold.joints().isZero());
+}
+
 TEST_CASE("limits of a command hold besides") {
   const ControllerState state = standing();
   PathCorrection correction(book_layout(), {}, CommandMode::Absolute, CommandFrame::Base, cycle);

@@ -1,5 +1,6 @@
 #include <kr5/rsi/link_session.hpp>
 
+#include <array>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -121,6 +122,15 @@ TEST_CASE("after a silence, a restart or a lost connection the correction begins
     CHECK(plain_value(answer, "AK", "A1") == Approx(1.0).margin(1e-6));
     CHECK(link.of.statistics().state == LinkState::Running);
   }
+}
+
+TEST_CASE("a link that begins anew goes on with the correction that the controller holds") {
+  Tested link;
+  std::array<double, 6> corrected = home;
+  corrected[0] += 0.7;
+  const std::string first(link.of.answer(plain_rob(1000, corrected), 1, 0));
+  CHECK(plain_value(first, "AK", "A1") == Approx(0.7).margin(0.003));  // it moves on from there
+  CHECK(plain_value(first, "AK", "A2") == 0.0);
 }
 
 TEST_CASE("reconnecting may resume at once, from zero") {

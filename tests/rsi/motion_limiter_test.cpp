@@ -89,16 +89,22 @@ TEST_CASE("a demand beyond the total ends at the total, at rest") {
   CHECK(limiter.value() == Approx(-0.01).epsilon(1e-9));
 }
 
-TEST_CASE("braking stops within v^2 / 2a, and a reset stands at zero") {
+TEST_CASE("braking stops within v^2 / 2a, and standing is at rest") {
   MotionLimiter limiter({0.1, 1.0, 1.0}, cycle);
   for (int k = 0; k < 100; ++k) limiter.move(1.0);
   const double from = limiter.value();
   for (int k = 0; k < 26; ++k) limiter.follow(std::numeric_limits<double>::quiet_NaN());
   CHECK(limiter.speed() == Approx(0.0).margin(1e-12));
   CHECK(limiter.value() - from <= 0.1 * 0.1 / 2);
-  limiter.reset();
-  CHECK((limiter.value() == 0 && limiter.speed() == 0));
-  CHECK(limiter.follow(0.0) == 0.0);
+  for (const double value : {0.5, 0.0}) {
+    limiter.stand(value);
+    CHECK((limiter.value() == value && limiter.speed() == 0));
+    CHECK(limiter.follow(value) == value);
+  }
+  limiter.stand(7.0);
+  CHECK(limiter.value() == 1.0);
+  limiter.stand(std::numeric_limits<double>::quiet_NaN());
+  CHECK(limiter.value() == 0.0);
 }
 
 TEST_CASE("a total of nothing allows no correction") {

@@ -100,10 +100,10 @@ BENCHES = {
         ("--quick",),
     ),
     "rsi": Bench(
-        "Link to a KUKA controller: codec",
+        "Link to a KUKA controller: codec, answers over loopback",
         "telegrams of the same layouts",
         (BUILD,),
-        (BUILD, "--repeat", "50"),
+        (BUILD, "--repeat", "50", "--seconds", "10"),
     ),
     "insertion": Bench(
         "Insertion: geometry, localisation, force loop, rates and times",

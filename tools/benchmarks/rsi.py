@@ -1,12 +1,15 @@
-"""KUKA's RobotSensorInterface: time to read a telegram of the controller and to write the answer.
+"""KUKA's RobotSensorInterface: time to read a telegram of the controller and to write the answer, and a link over
+loopback at a controller's pace.
 
-    python tools/benchmarks/rsi.py BUILD [--repeat N]
+    python tools/benchmarks/rsi.py BUILD [--repeat N] [--seconds S]
 
 Measured in C++: BUILD is a folder of a build with -DKR5_BUILD_BENCH=ON. Telegrams are those of the usual layout of a
-KR C4 (poses, axes, currents; corrections of the axes) and of the book's KR C2, which is twice as long.
+KR C4 (poses, axes, currents; corrections of the axes) and of the book's KR C2, which is twice as long. The link answers
+a plain client of its own, alone and beside as many busy threads as there are processors.
 """
 
 import json
+import os
 import subprocess
 from pathlib import Path
 from typing import Any
@@ -15,6 +18,7 @@ import arguments
 import comparison
 
 WANTED = 5.0  # decode + encode [us]
+LONGEST = 1e-3  # answer, p99.9 [s]
 NAMES = {"krc4": "KR C4", "book": "the book's KR C2"}
 
 
@@ -36,16 +40,40 @@ def codec_rows(figures: list[dict[str, Any]]) -> list[comparison.Row]:
     return rows
 
 
+def link_row(build: Path, cycle: int, seconds: int, hogs: int = 0) -> comparison.Row:
+    """What a link answers in time; beside busy threads that is only shown."""
+    words = [str(program(build, "rsi_link")), str(cycle), str(seconds), str(hogs)]
+    done = subprocess.run(words, capture_output=True, text=True, check=True)
+    f = json.loads(done.stdout.splitlines()[-1])
+    beside = f" beside {hogs} busy threads" if hogs else ""
+    priority = "" if f["priority"] == "given" else ", without real-time priority"
+    times = ", ".join(f"{1e3 * f[key]:.2f}" for key in ("p50", "p99", "p999", "max"))
+    return comparison.Row(
+        f"link, {cycle} ms, {seconds} s{beside}{priority}: cycles missed; answer p50, p99, p99.9, max [ms]",
+        f"{f['missed']}; {times}",
+        "–" if hogs else "0; p99.9 ≤ 1",
+        bool(hogs) or (f["missed"] == 0 and f["p999"] <= LONGEST),
+    )
+
+
+def program(build: Path, name: str) -> Path:
+    out = build / "tools/benchmarks" / name
+    if not out.exists():
+        raise SystemExit(f"error: {out}: not built; configure with -DKR5_BUILD_BENCH=ON")
+    return out
+
+
 def main() -> int:
     parser = arguments.parser(__doc__)
     parser.add_argument("build", type=Path, help="folder of a C++ build with KR5_BUILD_BENCH")
     parser.add_argument("--repeat", type=int, default=500, help="blocks of a thousand telegrams")
+    parser.add_argument("--seconds", type=int, default=1800, help="length of each run of the link")
     given = parser.parse_args()
-    program = given.build / "tools/benchmarks/rsi_speed"
-    if not program.exists():
-        raise SystemExit(f"error: {program}: not built; configure with -DKR5_BUILD_BENCH=ON")
-    done = subprocess.run([program, str(given.repeat)], capture_output=True, text=True, check=True)
+    words = [str(program(given.build, "rsi_speed")), str(given.repeat)]
+    done = subprocess.run(words, capture_output=True, text=True, check=True)
     rows = codec_rows(json.loads(done.stdout.splitlines()[-1]))
+    rows += [link_row(given.build, cycle, given.seconds) for cycle in (4, 12)]
+    rows.append(link_row(given.build, 4, min(given.seconds, 60), os.cpu_count() or 1))
     comparison.print_comparisons(rows, "Link to a KUKA controller")
     return 0 if all(row.reached for row in rows) else 1
 

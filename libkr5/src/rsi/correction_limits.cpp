@@ -42,10 +42,21 @@ PathCorrection::PathCorrection(const TelegramLayout& layout, const CorrectionLim
 }
 
 void PathCorrection::begin(const ControllerState& state) noexcept {
-  for (MotionLimiter& limiter : limiters_) limiter.reset();
+  for (MotionLimiter& limiter : limiters_) limiter.stand(0.0);
+  if (units_.corrects_joints() != units_.corrects_tool()) stand_as_measured(state);
   start_joints_ = state.joints;
   start_tool_ = state.tool;
   outcome_ = CommandOutcome::Braked;
+}
+
+void PathCorrection::stand_as_measured(const ControllerState& state) noexcept {
+  if (units_.corrects_joints() && state.joint_setpoints.size() == units_.joints() &&
+      state.joints.size() == units_.joints())
+    for (int i = 0; i < units_.joints(); ++i)
+      limiters_[static_cast<std::size_t>(i)].stand(state.joints[i] - state.joint_setpoints[i]);
+  if (!units_.corrects_tool() || !state.tool || !state.tool_setpoint) return;
+  const Vector6 made = correction_to(*state.tool_setpoint, *state.tool);
+  for (int i = 0; i < 6; ++i) limiters_[tool_at + static_cast<std::size_t>(i)].stand(made[i]);
 }
 
 robot::JointVector PathCorrection::joints() const noexcept {

@@ -58,6 +58,9 @@ double MotionLimiter::brake() noexcept {
   return value_;
 }
 
-void MotionLimiter::reset() noexcept { value_ = speed_ = demand_ = 0.0; }
+void MotionLimiter::stand(double value) noexcept {
+  value_ = demand_ = std::isfinite(value) ? std::clamp(value, -total_, total_) : 0.0;
+  speed_ = 0.0;
+}
 
 }  // namespace kr5::rsi

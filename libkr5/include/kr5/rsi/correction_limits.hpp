@@ -51,7 +51,8 @@ class PathCorrection {
   PathCorrection(const TelegramLayout& layout, const CorrectionLimits& limits, robot::CommandMode mode,
                  robot::CommandFrame frame, double cycle);
 
-  /// A session begins: the controller has made no correction.
+  /// A session begins, at rest, with the correction that the controller makes already: what it measures beside its
+  /// setpoints. None, where it tells no setpoints, or where corrections of both kinds could be the cause.
   void begin(const ControllerState& state) noexcept;
   /// A cycle.
   Correction step(const robot::RobotCommand& command, const ControllerState& state) noexcept;
@@ -67,6 +68,7 @@ class PathCorrection {
  private:
   static constexpr std::size_t tool_at = robot::max_joints;  // of its six limiters, behind those of the joints
 
+  void stand_as_measured(const ControllerState& state) noexcept;
   bool step_joints(const robot::RobotCommand& command, const ControllerState& state) noexcept;
   bool step_tool(const robot::RobotCommand& command, const ControllerState& state) noexcept;
   Pose corrected(const Pose& path) const noexcept;

@@ -39,7 +39,7 @@ class CycleFunction {
 /// and waits for nobody, if the function does not.
 ///
 /// A session begins with the first good telegram, after a silence, or where IPOC jumps back by more than a second or
-/// ahead by more than ten: a controller that starts again has made no correction. Within a session only its sender is
+/// ahead by more than ten. The first answer moves nothing (PathCorrection::begin). Within a session only its sender is
 /// answered. Equal telegrams have equal answers: the time of a reading is that of IPOC.
 class LinkSession {
  public:

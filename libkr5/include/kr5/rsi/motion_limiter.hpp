@@ -35,8 +35,8 @@ class MotionLimiter {
   double move(double way) noexcept;
   /// A cycle of slowing down.
   double brake() noexcept;
-  /// Stands at 0.
-  void reset() noexcept;
+  /// Stands at a value, or at the total that is nearest to it.
+  void stand(double value) noexcept;
 
   double value() const noexcept { return value_; }
   double speed() const noexcept { return speed_; }
