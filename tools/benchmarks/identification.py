@@ -54,6 +54,11 @@ class Judged:
     cutoff: float
     settings: str
 
+    def of_peer(self) -> identification.TorqueError:
+        """FIGAROH's error, where it was asked for."""
+        assert self.peer is not None, f"{self.arm}: judged without FIGAROH"
+        return self.peer
+
 
 def settings_text(result: Any) -> str:
     """What the library chose on the part that is fitted."""
@@ -136,7 +141,7 @@ def judge_arm(name: str, motions: Any, options: Any, coupled: bool = False, peer
 def print_joints(judged: Judged) -> None:
     rows = []
     for k, (a, b) in enumerate(zip(judged.fitted.relative, judged.held_out.relative, strict=True)):
-        peer = f"{100 * judged.peer.relative[k]:.2f}" if judged.peer else "–"
+        peer = f"{100 * judged.of_peer().relative[k]:.2f}" if judged.peer else "–"
         rows.append([f"{k + 1}", f"{100 * a:.2f}", f"{100 * b:.2f}", peer])
     title = f"{judged.arm}: error over RMS torque [%], low-pass at {judged.cutoff:.3g} Hz; {judged.settings}"
     Console(width=120).print(make_table(title, ["joint", "fitted", "held out", "FIGAROH, held out"], rows))
@@ -149,9 +154,9 @@ def block_ratio(ours: np.ndarray, theirs: np.ndarray, blocks: int = 20) -> Diffe
 
 
 def arm_rows(judged: Judged) -> list[Row]:
-    better = judged.held_out.relative < judged.peer.relative
+    better = judged.held_out.relative < judged.of_peer().relative
     ours = " ".join(f"{100 * x:.1f}" for x in judged.held_out.relative)
-    peer = " ".join(f"{100 * x:.1f}" for x in judged.peer.relative)
+    peer = " ".join(f"{100 * x:.1f}" for x in judged.of_peer().relative)
     ratios = [block_ratio(judged.off[:, k], judged.peer_off[:, k]) for k in range(len(better))]
     worst = int(np.argmax([r.mean for r in ratios]))
     return [
@@ -160,7 +165,7 @@ def arm_rows(judged: Judged) -> list[Row]:
             f"{ours} (all {100 * judged.held_out.total:.2f}); {judged.settings}",
             "below FIGAROH's on every joint",
             bool(better.all()),
-            f"FIGAROH {peer} (all {100 * judged.peer.total:.2f})",
+            f"FIGAROH {peer} (all {100 * judged.of_peer().total:.2f})",
             f"ours over FIGAROH's, worst joint {worst + 1}: {ratios[worst].text('', '.3f').strip()}",
         )
     ]
@@ -178,7 +183,7 @@ def panda_rows(data: Path) -> list[Row]:
             f"{h:.2f}",
             "below 3.72",
             h < 3.72,
-            f"FIGAROH {100 * judged.peer.total:.2f}",
+            f"FIGAROH {100 * judged.of_peer().total:.2f}",
         ),
     ]
     for cutoff in CUTOFFS:
