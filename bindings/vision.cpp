@@ -97,7 +97,12 @@ static void bind_render(py::module_& m) {
   m.def(
       "draw_target",
       [](const Target& target, double pixels_per_metre, const RenderOptions& options) {
-        return to_array(draw_target(target, pixels_per_metre, options));
+        Image image;
+        {
+          py::gil_scoped_release release;
+          image = draw_target(target, pixels_per_metre, options);
+        }
+        return to_array(image);
       },
       py::arg("target"), py::arg("pixels_per_metre"), py::arg("options") = RenderOptions(),
       "Draws a target to scale for a printer, uint8 of shape (height, width).");

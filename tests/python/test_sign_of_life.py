@@ -10,7 +10,6 @@ from kr5_tools.cli import sign_of_life
 from terminal_session import TerminalSession
 
 SECONDS = 2.0  # of silence
-USUAL_START = 0.2  # of a command on a machine that does nothing else [s]
 
 
 @pytest.fixture
@@ -48,18 +47,14 @@ def test_a_slow_command_moves_before_two_seconds(tmp_path, share, worn_recording
         "recording": worn_recording,
         "cell": share / "cells/kr5_arc.yaml",
     }
-    allowed = SECONDS * max(1.0, start_up / USUAL_START)
-    for last in (False, True):  # once more where another program had the machine meanwhile
-        one = TerminalSession(*(word.format(**places) for word in words), cwd=tmp_path)
-        try:
-            assert one.wait() in (0, 1), one.text
-            assert one.text.rstrip().splitlines()[-1] != sign_of_life.TEXT  # it is gone at the end
-            moves = one.reads[0] < allowed + 2 * start_up and one.longest_silence < allowed + start_up
-            assert moves or not last, one.text
-        finally:
-            one.close()
-        if moves:
-            break
+    one = TerminalSession(*(word.format(**places) for word in words), cwd=tmp_path)
+    try:
+        assert one.wait() in (0, 1), one.text
+        assert one.reads[0] < SECONDS + 2 * start_up
+        assert one.longest_silence < SECONDS + start_up, one.text
+        assert one.text.rstrip().splitlines()[-1] != sign_of_life.TEXT  # it is gone at the end
+    finally:
+        one.close()
 
 
 def some_images(source, folder):
