@@ -175,25 +175,29 @@ class Fitter {
     }
   }
 
+  /// A squared residual of a pair in units of its noise, whose variance is so many times the usual one.
+  static double misfit(const Pair& p, const Vector6& r, double spread) {
+    return r.dot(p.S_inverse * r) / spread + p.excess;
+  }
   double misfit(int i) const {
     const Pair& p = pairs_[static_cast<std::size_t>(i)];
-    return p.r.dot(p.S_inverse * p.r) + p.excess;
+    return misfit(p, p.r, 1.0);
   }
   /// Squared residuals in units of the noise of each pair.
   double total_misfit() const {
     double sum = 0;
-    for (const Pair& p : pairs_) sum += p.r.dot(p.S_inverse * p.r) / p.spread + p.excess;
+    for (const Pair& p : pairs_) sum += misfit(p, p.r, p.spread);
     return sum;
   }
   double score() const {
     double sum = 0;
     for (int i = 0; i < reading_.size(); ++i)
-      sum +=
-          (tail_ > 0 ? t_misfit(misfit(i)) : misfit(i)) + std::log(pairs_[static_cast<std::size_t>(i)].S.determinant());
+      sum += cost(misfit(i)) + std::log(pairs_[static_cast<std::size_t>(i)].S.determinant());
     return sum;
   }
-  /// What a squared distance costs under the multivariate t, in -2 log likelihood, without the constant of the normal.
-  double t_misfit(double squared) const {
+  /// What a squared distance costs in -2 log likelihood, without the constant of the normal distribution.
+  double cost(double squared) const {
+    if (tail_ == 0) return squared;
     return (tail_ + 6) * std::log1p(squared / tail_) + 6 * std::log(tail_ / 2) -
            2 * (std::lgamma((tail_ + 6) / 2) - std::lgamma(tail_ / 2));
   }
@@ -249,8 +253,7 @@ class Fitter {
     double sum = 0;
     for (int i = 0; i < reading_.size(); ++i) {
       const Pair& p = pairs_[static_cast<std::size_t>(i)];
-      const Vector6 r = residual(i, at);
-      sum += r.dot(p.S_inverse * r) / p.spread + p.excess;
+      sum += misfit(p, residual(i, at), p.spread);
     }
     return sum;
   }
