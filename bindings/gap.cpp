@@ -406,8 +406,9 @@ void bind_gap(py::module_& m) {
   bind_struct<ColumnGap>(m, "ColumnGap", "Gap of one column of one experiment.");
   bind_struct<GapPart>(m, "GapPart", "Gap of all columns that share a property.");
   bind_struct<Measure>(m, "Measure", "Gap of every column of a recording.");
-  m.def("noise_limit", &noise_limit, py::arg("rows"),
-        "Gap of so many rows that noise alone exceeds once in a thousand columns; infinite without rows [-].");
+  m.def("noise_limit", &noise_limit, py::arg("rows"), py::arg("columns") = 1,
+        "Gap of so many rows that noise alone exceeds once in a thousand columns, or in any of so many columns once in "
+        "a thousand recordings; infinite without rows [-].");
   m.def(
       "measure",
       [](const RecordingSource& recording, const py::object& simulator, const std::optional<kr5::cell::Cell>& cell) {

@@ -103,6 +103,8 @@ TEST_CASE("columns that were not recorded, are not predicted, or have no noise a
 TEST_CASE("the limit of noise is that of chi-square, and without rows there is none") {
   CHECK(gap::noise_limit(99) == Approx(std::sqrt(148.230 / 99)).epsilon(1e-4));  // from tables
   CHECK(gap::noise_limit(1) == Approx(std::sqrt(10.828)).epsilon(1e-4));
+  CHECK(gap::noise_limit(1, 10) == Approx(std::sqrt(15.137)).epsilon(1e-4));  // any of ten columns
+  CHECK_THROWS_AS(gap::noise_limit(1, 0), InvalidArgument);
   CHECK(gap::noise_limit(1e6) == Approx(1.0).margin(0.003));
   CHECK(std::isinf(gap::noise_limit(0)));
   CHECK(std::isinf(gap::noise_limit(std::nan(""))));

@@ -28,10 +28,11 @@ std::vector<std::string> texts_of(const std::vector<LeftOut>& left_out) {
 
 }  // namespace
 
-double noise_limit(double rows) {
-  constexpr double certain = 0.999;
+double noise_limit(double rows, int columns) {
+  require(columns > 0, "columns must be positive");
+  constexpr double chance = 0.001;
   if (!(rows > 0)) return std::numeric_limits<double>::infinity();
-  return std::sqrt(uncertainty::chi_square_quantile(certain, rows) / rows);
+  return std::sqrt(uncertainty::chi_square_quantile(1 - chance / columns, rows) / rows);
 }
 
 Measure measure(const cell::Recording& recording, const cell::Cell& cell, const cell::Simulator& simulator) {

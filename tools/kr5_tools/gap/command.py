@@ -183,9 +183,8 @@ def is_far(column: kr5.gap.ColumnGap, columns: int, inexact: bool) -> bool:
     """Above the floor: beyond what noise alone shows once in 1000 recordings with so many columns. `inexact`: an effect
     of the recording is simulated inexactly."""
     import kr5.cell
-    from kr5.uncertainty import chi_square_quantile
 
-    limit = (chi_square_quantile(1 - 0.001 / columns, column.rows) / column.rows) ** 0.5
+    limit = kr5.gap.noise_limit(column.rows, columns)
     if inexact and kr5.cell.find_column(column.kind, column.column).group == "wrench":
         limit = max(limit, CLOSE_INEXACT)
     return bool(column.gap > (max(limit, CLOSE) if column.rows >= ENOUGH_ROWS else limit))

@@ -86,9 +86,9 @@ struct Measure {
   }
 };
 
-/// The gap of so many rows that noise alone exceeds once in a thousand columns, by chi-square; infinite without rows
-/// [-].
-double noise_limit(double rows);
+/// The gap of so many rows that noise alone exceeds once in a thousand columns, or in any of so many columns once in a
+/// thousand recordings, by chi-square; infinite without rows [-].
+double noise_limit(double rows, int columns = 1);
 
 /// Gap of every column that was recorded, that the simulator predicts for `cell`, and whose noise the recording's cell
 /// states.
