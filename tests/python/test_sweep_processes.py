@@ -69,6 +69,16 @@ def test_calls_that_run_are_ended():
     assert not multiprocessing.active_children()
 
 
+@pytest.mark.parametrize("wait", [0.0, 0.05, 0.2, 0.4])
+def test_an_end_meets_calls_whose_processes_die(wait):
+    pool = Processes(2)
+    calls = [pool.submit(end_process) for _ in range(8)]
+    time.sleep(wait)
+    pool.end()
+    assert not multiprocessing.active_children()
+    assert all(call.cancelled() or isinstance(call.exception(), WorkerDied) for call in calls)
+
+
 def job(function, *first):
     return runner.Job(function, lambda count: [(*first, k, LARGE) for k in range(10)], 10, "trying", "trials")
 

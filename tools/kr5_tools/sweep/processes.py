@@ -5,6 +5,7 @@ import contextlib
 import multiprocessing
 import queue
 import signal
+import threading
 import traceback
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -27,6 +28,7 @@ class Process:
         self._process = SPAWN.Process(target=_serve, args=(theirs,), daemon=True)
         self._process.start()
         theirs.close()  # so that the end of the process is the end of the pipe
+        self._ending = threading.Lock()
 
     def call(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
         try:
@@ -43,8 +45,13 @@ class Process:
         return self._process.is_alive()
 
     def end(self) -> None:
-        self._process.terminate()
-        self._process.join()
+        """Ends the process, from any thread; a call that runs then raises WorkerDied."""
+        with self._ending:
+            self._process.terminate()
+            self._process.join()
+
+    def close(self) -> None:
+        """Closes the pipe of a process that has ended, once no call uses it."""
         self._connection.close()
 
 
@@ -54,6 +61,8 @@ class Processes:
     def __init__(self, count: int) -> None:
         self._idle: queue.SimpleQueue[Process] = queue.SimpleQueue()
         self._all: list[Process] = []
+        self._changing = threading.Lock()
+        self._ended = False
         self._threads = ThreadPoolExecutor(count)
         try:
             with _ignore_sigint():
@@ -69,21 +78,36 @@ class Processes:
 
     def end(self) -> None:
         """Ends all processes, also in the middle of a call."""
+        with self._changing:
+            self._ended = True  # from here on no call begins another process
         self._threads.shutdown(wait=False, cancel_futures=True)
         for process in self._all:
             process.end()
         self._threads.shutdown()
+        for process in self._all:
+            process.close()
 
     def _begin(self) -> Process:
-        process = Process()
-        self._all.append(process)
-        return process
+        with self._changing:
+            if self._ended:
+                raise WorkerDied
+            process = Process()
+            self._all.append(process)
+            return process
+
+    def _replace(self, process: Process) -> Process:
+        successor = self._begin()
+        with self._changing:
+            if not self._ended:  # otherwise end() closes it
+                self._all.remove(process)
+                process.close()
+        return successor
 
     def _call(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
         process = self._idle.get()
         try:
             if not process.is_alive():
-                process = self._begin()
+                process = self._replace(process)
             return process.call(function, arguments)
         finally:
             self._idle.put(process)
