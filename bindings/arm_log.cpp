@@ -41,7 +41,8 @@ void bind_log(py::module_& m) {
         "Log in a file of comma-separated numbers under one header line; kr5.logs reads more forms. Raises IoError or "
         "InvalidArgument naming file, line or column.");
   bind_enum<TimeUnit>(m, "TimeUnit", "Unit of the time stamps of a log.");
-  m.def("guess_time_unit", &guess_time_unit, py::arg("stamps"), py::arg("usual_step") = 0.005,
+  m.attr("usual_row_step") = usual_row_step;  // between rows of a controller's log [s]
+  m.def("guess_time_unit", &guess_time_unit, py::arg("stamps"), py::arg("usual_step") = usual_row_step,
         "Unit of time stamps of which nothing tells it; usual_step: between rows of such logs, 0: not known [s].");
   m.def("written_in_turn", &written_in_turn, py::arg("positions"),
         "Whether positions of a joint jump to and fro, as those of two publishers do.");

@@ -17,6 +17,7 @@
 #include <kr5/calibration/pair_readings.hpp>
 #include <kr5/calibration/parallel_planes.hpp>
 #include <kr5/calibration/pose_columns.hpp>
+#include <kr5/calibration/pose_convention.hpp>
 #include <kr5/calibration/pose_file.hpp>
 #include <kr5/calibration/pose_format.hpp>
 #include <kr5/calibration/posture_checks.hpp>
@@ -139,6 +140,20 @@ static void bind_pose_format(py::module_& m) {
         "Reasons against reading the rows in this format; empty when there are none.");
   m.def("plausible_formats", &plausible_formats, py::arg("rows"),
         "Every format without objections, common ones first.");
+}
+
+static void bind_pose_convention(py::module_& m) {
+  kr5::python::bind_struct<PoseRows>(m, "PoseRows", "Rows of robot poses, read in one form of rotation.");
+  kr5::python::bind_struct<ViewOfPose>(m, "ViewOfPose", "View of the target at one of the poses.");
+  kr5::python::bind_struct<PoseConvention>(m, "PoseConvention",
+                                           "Reading of the poses, and how well robot and camera agree under it.");
+  m.def(
+      "rank_conventions", &rank_conventions, py::arg("readings"), py::arg("views"), py::arg("camera"),
+      py::call_guard<py::gil_scoped_release>(),
+      "Every reading of robot poses with which a hand-eye calibration succeeds: list of PoseConvention, the one under "
+      "which robot and camera agree best first. `readings`: list of PoseRows; `views`: list of ViewOfPose. Inverted "
+      "poses with the other mount agree equally well, so that the meaning is T_base_flange. Raises InvalidArgument for "
+      "a view of a row that is not there.");
 }
 
 static void bind_tool(py::module_& m) {
@@ -600,6 +615,7 @@ void bind_calibration(py::module_& m) {
   bind_dataset(m);
   bind_diagnosis(m);
   bind_evaluation(m);
+  bind_pose_convention(m);
   bind_tool(m);
   bind_timed_hand_eye(m);
   bind_kinematics_calibration(m);

@@ -3,6 +3,7 @@
 #include <optional>
 #include <variant>
 
+#include <kr5/gap/cause_evidence.hpp>
 #include <kr5/gap/diagnose.hpp>
 #include <kr5/gap/effect_fit.hpp>
 #include <kr5/gap/measure.hpp>
@@ -270,6 +271,10 @@ void bind_diagnosis(py::module_& m) {
 void bind_trials(py::module_& m) {
   bind_struct<NoiseOverride>(m, "NoiseOverride", "Noise that differs from what the cell of a recording declares.");
   bind_struct<ResidualColumn>(m, "ResidualColumn", "Residuals of one column of one experiment, row by row.");
+  bind_struct<JudgedColumn>(m, "JudgedColumn", "Gap of a column over the experiments that judge it.");
+  bind_struct<ColumnEvidence>(m, "ColumnEvidence", "What a cause explains of a column.");
+  bind_struct<ExperimentEvidence>(m, "ExperimentEvidence", "What a cause explains of an experiment.");
+  bind_struct<CauseEvidence>(m, "CauseEvidence", "What residuals say of a cause of a diagnosis.");
   bind_struct<EffectFitOptions>(m, "EffectFitOptions", "Options of fit_effects and fit_best_effects.");
   bind_struct<EffectFit>(m, "EffectFit",
                          "Effect fitted to the fit experiments and evaluated on the check experiments.");
@@ -298,6 +303,32 @@ void bind_trials(py::module_& m) {
       py::arg("recording"), py::arg("columns"), py::arg("which") = 0,
       "Gap by subsystem, target, channel, experiment, pose region and speed: list of GapPart. "
       "`columns`: of residual_columns; `which`: column of `residuals`.");
+  m.def("residual_gap", &residual_gap, py::arg("residuals"),
+        "RMS of the residuals that are numbers; NaN without any [-].");
+  m.def(
+      "judged_columns",
+      [](const RecordingSource& recording, const std::vector<ResidualColumn>& columns, int which) {
+        return judged_columns(*recording_from(recording), columns, which);
+      },
+      py::arg("recording"), py::arg("columns"), py::arg("which") = 0,
+      "Gap of every column over the experiments that judge it (those to check, all where none is): list of "
+      "JudgedColumn. `columns`: of residual_columns; `which`: column of `residuals`.");
+  m.def(
+      "cause_evidence",
+      [](const RecordingSource& recording, const std::vector<ResidualColumn>& columns, int without, int with_all) {
+        return cause_evidence(*recording_from(recording), columns, without, with_all);
+      },
+      py::arg("recording"), py::arg("columns"), py::arg("without"), py::arg("with_all"),
+      "What a cause explains of columns and experiments: CauseEvidence. `columns`: of residual_columns; `without`, "
+      "`with_all`: columns of `residuals` at the cell with the other causes alone, and with all.");
+  m.def(
+      "deviations_from_off",
+      [](const kr5::cell::Cell& cell, const NameText& effect, const std::vector<ParameterEstimate>& parameters) {
+        return deviations_from_off(cell, effect_name(effect), parameters);
+      },
+      py::arg("cell"), py::arg("effect"), py::arg("parameters"),
+      "By how many standard deviations the best known number that tells the size of an effect differs from the value "
+      "at which the effect is off [-]; None where none is known. `effect`: EffectName or its text.");
   m.def(
       "fit_effects",
       [](const RecordingSource& recording, const std::vector<NameText>& effects,

@@ -22,7 +22,7 @@ from kr5_tools.gap.terminal_report import cause_line
 from kr5_tools.gap_report.clock_faults import clock_remedy
 from kr5_tools.gap_report.diagnosis_file import DiagnosisFile, read_diagnosis
 from kr5_tools.gap_report.evidence import parameter_rows
-from kr5_tools.gap_report.evidence_data import Evidence, display_variable, gap_of, measured_noise
+from kr5_tools.gap_report.evidence_data import Evidence, display_variable, measured_noise
 from kr5_tools.gap_report.messages import next_steps
 
 PROTOCOL = {
@@ -231,7 +231,7 @@ def test_the_residuals_are_those_that_measure_counts_and_go_with_the_causes(reco
     measured = {
         (c.experiment, c.column): c.gap for c in kr5.gap.measure(recording, kr5.predict.FastSimulator()).columns
     }
-    seen = {(c.experiment.name, c.name): gap_of(c.before) for c in evidence.columns}
+    seen = {(c.experiment.name, c.name): kr5.gap.residual_gap(c.before) for c in evidence.columns}
     assert seen == pytest.approx(measured, rel=1e-9)
     assert evidence.gap("motion.i2") > 3 and evidence.gap("poses.z") > 3
     assert evidence.gap("motion.i2", "after") == pytest.approx(1, abs=0.1)

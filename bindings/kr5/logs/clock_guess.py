@@ -14,8 +14,6 @@ from kr5.logs.log import Log, is_time
 from kr5.logs.log_time import beginning
 from kr5.logs.units import unit_factor
 
-USUAL_STEP = 0.005  # [s] between rows of a controller's log
-
 
 @dataclass
 class GuessedClock:
@@ -28,7 +26,7 @@ class GuessedClock:
 
 
 def guess_clock(
-    log: Log, column: str, cycle: float | None, given: dict[str, Any], usual: float | None = USUAL_STEP
+    log: Log, column: str, cycle: float | None, given: dict[str, Any], usual: float | None = arm_log.usual_row_step
 ) -> GuessedClock | None:
     """The clock of the rows of a column; nothing where no column looks like time and no interval is known. `given`:
     what the user states of it. `usual`: step by which a unit that is not stated is told; none: stamps are in

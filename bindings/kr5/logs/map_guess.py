@@ -13,7 +13,7 @@ import numpy as np
 import kr5
 import kr5.cell
 from kr5 import arm_log
-from kr5.logs.clock_guess import USUAL_STEP, GuessedClock, guess_clock, require_clock
+from kr5.logs.clock_guess import GuessedClock, guess_clock, require_clock
 from kr5.logs.column_names import Family, FoundFamilies, is_quantity, spoken_joints
 from kr5.logs.experiment_split import RawPart, split_parts
 from kr5.logs.joint_columns import FARTHEST, joint_entry, joint_values, range_text
@@ -339,7 +339,7 @@ def _kind_columns(
     first = next(iter(part.named.values()))
     moving = part.kind in ("step", "press", "profile")
     cycle = _cycle(cell) if moving else None
-    clock = guess_clock(part.log, first, cycle, given.clock, USUAL_STEP if moving else None)
+    clock = guess_clock(part.log, first, cycle, given.clock, arm_log.usual_row_step if moving else None)
     shown = ", ".join(n for n in columns if n not in ("q", "wrench"))
     out.because(where, "kind", part.kind, f"it has the columns {shown}")
     return columns, clock

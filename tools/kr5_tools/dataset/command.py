@@ -55,22 +55,22 @@ def guess(
     poses, forms = _poses(folder, images, reasons)
     name, seen = _target(folder, images, target, reasons)
     camera_file, camera = _camera(folder, seen, reasons)
-    best, rivals = _convention(poses, forms, seen, camera)
+    best, *rivals = _convention(poses, forms, seen, camera)
     reasons.append(
         [
             "convention, mount",
             _text(best),
             (
-                f"robot and camera agree to {1e3 * best['error']:.2g} mm, next best reading "
-                f"({_text(rivals[0])}) to {1e3 * rivals[0]['error']:.3g} mm"
+                f"robot and camera agree to {1e3 * best.error:.2g} mm, next best reading "
+                f"({_text(rivals[0])}) to {1e3 * rivals[0].error:.3g} mm"
                 if rivals
                 else "the only possible reading"
             ),
-            "high" if not rivals or rivals[0]["error"] > 3 * best["error"] else "low",
+            "high" if not rivals or rivals[0].error > 3 * best.error else "low",
         ]
     )
     # T X M = Z with the poses inverted is the other mount's equation: no image can tell the two apart.
-    other = {"eye_in_hand": "eye_to_hand", "eye_to_hand": "eye_in_hand"}[best["mount"]]
+    other = {"eye_in_hand": "eye_to_hand", "eye_to_hand": "eye_in_hand"}[str(best.mount)]
     reasons.append(
         [
             "",
@@ -244,55 +244,46 @@ def _camera(folder: Path, seen: Sightings, reasons: list[list[str]]) -> tuple[Pa
 
 def _convention(
     poses: list[Path], forms: list[str], seen: Sightings, camera: kr5.Pinhole
-) -> tuple[dict[str, Any], list[dict[str, Any]]]:
-    """The reading of the poses under which robot and camera agree best, and the others."""
-    found: list[dict[str, Any]] = []
-    work = []
-    for form in forms:
-        rows = np.vstack([calibration.load_poses(library_path(f), calibration.RotationForm(form)) for f in poses])
-        work += [
-            (rows, f)
-            for f in calibration.plausible_formats(rows)
-            if str(f.rotation) == form and str(f.meaning) == "T_base_flange"
-        ]
-    tried: list[np.ndarray] = []
-    for rows, convention in work:
-        all_poses = calibration.to_poses(rows, convention)
-        if any(np.allclose(all_poses, other) for other in tried):  # named values have one order only
-            continue
-        tried.append(np.array(all_poses))
-        for mount in ("eye_in_hand", "eye_to_hand"):
-            data = [calibration.HandEyeView(T_base_flange=all_poses[i], view=v) for i, v in zip(seen.index, seen.views)]
-            with spinner("Trying conventions"):
-                result = calibration.calibrate_hand_eye(data, camera, calibration.HandEyeOptions(mount=mount))
-            if not result.fit.usable:
-                continue
-            error = np.median([v.robot_position + 0.5 * v.robot_rotation for v in result.views])
-            found.append({"format": convention, "mount": mount, "error": float(error)})
+) -> list[calibration.PoseConvention]:
+    """The readings of the poses, the one under which robot and camera agree best first."""
+    readings = [
+        calibration.PoseRows(
+            rotation=calibration.RotationForm(form),
+            rows=np.vstack([calibration.load_poses(library_path(f), calibration.RotationForm(form)) for f in poses]),
+        )
+        for form in forms
+    ]
+    views = [calibration.ViewOfPose(pose=i, view=v) for i, v in zip(seen.index, seen.views)]
+    with spinner("Trying conventions"):
+        found = calibration.rank_conventions(readings, views, camera)
     if not found:
         fail(
             "no convention of the robot poses allows a calibration with the images: too little"
             " rotation, or they do not belong together"
         )
-    found.sort(key=lambda f: f["error"])
-    return found[0], found[1:]
+    return list(found)
 
 
-def _text(reading: dict[str, Any]) -> str:
-    f = reading["format"]
-    return f"{f.meaning}, {f.rotation}, {f.position}, {f.angle}, {reading['mount']}"
+def _text(reading: calibration.PoseConvention) -> str:
+    f = reading.format
+    return f"{f.meaning}, {f.rotation}, {f.position}, {f.angle}, {reading.mount}"
 
 
 def _yaml(
-    folder: Path, images: list[Path], poses: list[Path], best: dict[str, Any], target: str, camera: Path | None
+    folder: Path,
+    images: list[Path],
+    poses: list[Path],
+    best: calibration.PoseConvention,
+    target: str,
+    camera: Path | None,
 ) -> str:
     data = {
         "format": "kr5-dataset/1",
         "images": _pattern(folder, images),
         "poses": _pattern(folder, poses),
         "pairing": "number" if len(poses) > 1 else "order",
-        "convention": {k: str(v) for k, v in best["format"].to_dict().items()},
-        "mount": best["mount"],
+        "convention": {k: str(v) for k, v in best.format.to_dict().items()},
+        "mount": str(best.mount),
         "target": target,
     }
     if camera:

@@ -25,12 +25,6 @@ def nominal_value(cell: kr5.cell.Cell, cause: kr5.gap.Cause | kr5.gap.EffectFit,
     return cell.nominal_value(cause.effect, cause.target, parameter, chosen)
 
 
-def measures_size(effect: str, parameter: str) -> bool:
-    """Whether a parameter tells how large the effect is; a time constant or a phase does not."""
-    row = effect_row(effect)
-    return row is None or any(p.name == parameter and p.measures_size for p in row.parameters)
-
-
 def is_pose(parameter: kr5.gap.ParameterEstimate) -> bool:
     return len(parameter.value) == 16
 
@@ -87,57 +81,13 @@ def _pose_rows(p: kr5.gap.ParameterEstimate, before: np.ndarray | None) -> list[
     ]
 
 
-def _moved(cause: kr5.gap.Cause, cell: kr5.cell.Cell | None) -> float | None:
-    """By how many standard deviations the best known number of a cause is from off."""
-    most = None
-    for p in cause.parameters:
-        before = nominal_value(cell, cause, p.name) if cell else None
-        if is_pose(p):
-            rows = (
-                [(float(r["value"]), float(r["std"].removeprefix("± "))) for r in _pose_rows(p, before)]
-                if before is not None
-                else []
-            )
-        else:
-            off = np.zeros(len(p.value)) if before is None else np.atleast_1d(before)
-            rows = [(v - b, s) for v, b, s in zip(p.value, off, p.std)]
-        if not measures_size(cause.effect, p.name):
-            continue
-        for value, deviation in rows:
-            if deviation > 0:
-                most = max(most or 0.0, abs(value) / deviation)
-    return most
-
-
-def columns_of(evidence: Evidence, k: int) -> list[tuple[str, float, float, float]]:
-    """Columns that a cause explains: name, gap without it, gap with it, part of the squares it takes away; most
-    first."""
-    rows, total = [], 0.0
-    for group in evidence.groups:
-        if all(c.after is None or k not in c.without for c in evidence.judged(group)):
-            continue
-        without, after = evidence.gap(group, without=k), evidence.gap(group, "after")
-        n = sum(int(np.isfinite(c.after).sum()) for c in evidence.judged(group) if c.after is not None)
-        gain = n * (without**2 - after**2)
-        total += max(gain, 0.0)
-        rows.append((group, without, after, gain))
-    rows.sort(key=lambda row: -row[3])
-    return [(g, w, a, gain / total if total else 0.0) for g, w, a, gain in rows]
-
-
-def closed_by_experiment(evidence: Evidence, k: int) -> dict[str, float]:
-    """Part of the excess that a cause closes, in each experiment in which it stands out."""
-    sums: dict[str, list[float]] = {}
-    for c in evidence.columns:
-        if c.after is None or k not in c.without:
-            continue
-        both = np.isfinite(c.without[k]) & np.isfinite(c.after)
-        without, after, n = np.sum(c.without[k][both] ** 2), np.sum(c.after[both] ** 2), int(both.sum())
-        if n and without / n > 1 + 6 * np.sqrt(2 / n):
-            entry = sums.setdefault(c.experiment.name, [0.0, 0.0])
-            entry[0] += without - n
-            entry[1] += without - after
-    return {name: closed / excess for name, (excess, closed) in sums.items()}
+def _deviations(cause: kr5.gap.Cause, cell: kr5.cell.Cell) -> float | None:
+    """By how many standard deviations a cause is from off; None for one that the catalogue does not name."""
+    if effect_row(cause.effect) is None:
+        return None
+    return kr5.gap.deviations_from_off(
+        cell, kr5.gap.EffectName(effect=cause.effect, target=cause.target), cause.parameters
+    )
 
 
 def evidence_for(found: kr5.gap.Diagnosis, k: int, evidence: Evidence | None) -> list[str]:
@@ -149,20 +99,21 @@ def evidence_for(found: kr5.gap.Diagnosis, k: int, evidence: Evidence | None) ->
         " experiments that were not used for the fit."
     ]
     if evidence and evidence.explained:
-        top = [row for row in columns_of(evidence, k) if row[3] > 0.01 and row[1] > evidence.limit(row[0])][:4]
+        explains = evidence.cause_evidence(k)
+        top = [c for c in explains.columns if c.share > 0.01 and c.without > c.limit][:4]
         if top:
             out.append(
                 "It explains "
-                + join_list([f"the {column_text(g)} ({w:.2f} → {a:.2f})" for g, w, a, _ in top])
+                + join_list([f"the {column_text(c.column)} ({c.without:.2f} → {c.with_all:.2f})" for c in top])
                 + f"{', all with the same values' if len(top) > 1 else ''}."
             )
-        closed = closed_by_experiment(evidence, k)
-        if len(closed) > 1 and min(closed.values()) > 0.5:
+        closed = [e.closed for e in explains.experiments]
+        if len(closed) > 1 and min(closed) > 0.5:
             out.append(
                 f"It is consistent in each of the {len(closed)} experiments in which it stands out: in the worst "
-                f"{format_percent(min(closed.values()))} of its excess goes."
+                f"{format_percent(min(closed))} of its excess goes."
             )
-        away = _moved(cause, evidence.recording.cell)
+        away = _deviations(cause, evidence.recording.cell)
         if away and away >= 3:
             out.append(
                 f"Its size differs from zero by {f'{away:.0f}' if away < 1000 else 'more than 1000'} standard"
@@ -196,22 +147,21 @@ def evidence_against(found: kr5.gap.Diagnosis, k: int, evidence: Evidence | None
     if cause.probability < 0.99:
         out.append(f"{format_percent(1 - cause.probability)} of the probability lies with other explanations.")
     if evidence and evidence.explained:
-        rows = columns_of(evidence, k)
-        explained = {g for g, _, _, part in rows if part > 0.01}
+        explains = evidence.cause_evidence(k)
+        explained = {c.column for c in explains.columns if c.share > 0.01}
         for place in found.unexplained:
             group = group_of(place)
             if group in explained:
                 depends = f", and {dependence_text(place.depends_on[0], place.experiment)}" if place.depends_on else ""
                 out.append(f"In the {column_text(group)} a gap of {place.gap:.2f} stays{depends}.")
-        worse = [(g, w, a) for g, w, a, _ in rows if a > evidence.limit(g) and a > 1.02 * w]
-        out += [f"It makes the {column_text(g)} worse ({w:.2f} → {a:.2f})." for g, w, a in worse[:3]]
-        closed = closed_by_experiment(evidence, k)
+        worse = [c for c in explains.columns if c.with_all > c.limit and c.with_all > 1.02 * c.without]
+        out += [f"It makes the {column_text(c.column)} worse ({c.without:.2f} → {c.with_all:.2f})." for c in worse[:3]]
         out += [
-            f"In {name} it explains {format_percent(part)} of the excess."
-            for name, part in closed.items()
-            if part <= 0.5
+            f"In {e.experiment} it explains {format_percent(e.closed)} of the excess."
+            for e in explains.experiments
+            if e.closed <= 0.5
         ]
-        away = _moved(cause, evidence.recording.cell)
+        away = _deviations(cause, evidence.recording.cell)
         if away is not None and away < 3:
             out.append(f"Its size differs from zero by only {away:.1f} standard deviations.")
     if not out:

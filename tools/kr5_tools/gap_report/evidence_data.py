@@ -36,12 +36,6 @@ class Column:
         return f"{self.kind}.{self.name}"
 
 
-def gap_of(rows: np.ndarray) -> float:
-    """RMS over the rows that can be compared; NaN without any."""
-    rows = rows[np.isfinite(rows)]
-    return float(np.sqrt(np.mean(rows**2))) if len(rows) else float("nan")
-
-
 def measured_noise(found: kr5.gap.Diagnosis) -> list[kr5.gap.NoiseOverride]:
     """The noise that a diagnosis measured, as kr5.gap.NoiseOverride."""
     return [kr5.gap.NoiseOverride(key=n.key, kind=n.kind, ratio=n.ratio) for n in found.noise]
@@ -125,6 +119,20 @@ class Evidence:
         all_of = [c for c in self.columns if c.group == group]
         return [c for c in all_of if str(c.experiment.split) == "check"] or all_of
 
+    def cause_evidence(self, k: int) -> kr5.gap.CauseEvidence:
+        """What a cause explains; only where there is a cell with the causes."""
+        return kr5.gap.cause_evidence(self.recording, self.residuals, self._without(k), 1)
+
+    def _without(self, k: int) -> int:
+        """The column of the residuals at the cell with all causes but one."""
+        return 2 + self.left_out.index(k) if self.left_out else 0
+
+    @cached_property
+    def _judged(self) -> list[dict[str, kr5.gap.JudgedColumn]]:
+        """By column of the residuals, then by group (kind.column)."""
+        cells = 2 + len(self.left_out) if self.explained else 1
+        return [{c.column: c for c in kr5.gap.judged_columns(self.recording, self.residuals, k)} for k in range(cells)]
+
     @property
     def options(self) -> Any:
         """Of trials on the recording."""
@@ -153,13 +161,14 @@ class Evidence:
         return list(dict.fromkeys(c.group for c in self.columns))
 
     def gap(self, group: str, which: str = "before", without: int | None = None) -> float:
-        found = [c.without.get(without) if without is not None else getattr(c, which) for c in self.judged(group)]
-        rows = [r for r in found if r is not None]
-        return gap_of(np.concatenate(rows)) if rows else float("nan")
+        cell = self._without(without) if without is not None else int(which == "after")
+        found = self._judged[cell].get(group) if cell < len(self._judged) else None
+        return found.gap if found else float("nan")
 
     def limit(self, group: str) -> float:
         """What noise alone stays below in 99.9 % of recordings."""
-        return kr5.gap.noise_limit(sum(int(np.isfinite(c.before).sum()) for c in self.judged(group)))
+        found = self._judged[0].get(group)
+        return found.limit if found else float("inf")
 
     def exceeds(self, group: str, which: str = "before") -> bool:
         return self.gap(group, which) > self.limit(group)

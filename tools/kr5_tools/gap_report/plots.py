@@ -12,7 +12,7 @@ from matplotlib.colors import LinearSegmentedColormap, LogNorm, to_hex
 from matplotlib.figure import Figure
 
 from kr5_tools.calibrate.plots import Plot
-from kr5_tools.gap_report.evidence_data import Evidence, display_variable, gap_of
+from kr5_tools.gap_report.evidence_data import Evidence, display_variable
 from kr5_tools.gap_report.messages import group_of
 from kr5_tools.pages.plot_style import (
     BLUE,
@@ -59,7 +59,7 @@ def heat_map(evidence: Evidence, which: str) -> Figure:
     for c in evidence.columns:
         values = getattr(c, which)
         at = rows.index(c.name), names.index(c.experiment.name)
-        gaps[at] = gap_of(values)
+        gaps[at] = kr5.gap.residual_gap(values)
         above[at] = gaps[at] > kr5.gap.noise_limit(int(np.isfinite(values).sum()))
     figure, axes = plt.subplots(figsize=(max(MIDDLE, 0.8 + 0.28 * len(names)), 1.6 + 0.22 * len(rows)))
     for i, j in np.ndindex(gaps.shape):
@@ -151,7 +151,7 @@ def residual_plot(evidence: Evidence, group: str) -> Figure:
             rasterized=len(keep) > 400,
         )
         ax.set_ylim(-reach, reach)
-        ax.set_title(f"{title}: gap {gap_of(values):.2f}", loc="left")
+        ax.set_title(f"{title}: gap {kr5.gap.residual_gap(values):.2f}", loc="left")
         for edge in edges[:-1]:
             ax.axvline(edge, color=GREY, linewidth=0.8, linestyle=":")
     axes[-1, 0].set_xlabel(f"{'time [s]' if moving else 'row'}, {', '.join(c.experiment.name for c in columns)}")

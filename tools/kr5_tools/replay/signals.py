@@ -41,7 +41,7 @@ class Signal:
     def gap(self) -> float | None:
         """RMS of the residual [-]."""
         rows = self.compared
-        return float(np.sqrt(np.mean(rows**2))) if len(rows) else None
+        return kr5.gap.residual_gap(rows) if len(rows) else None
 
     @property
     def above(self) -> bool:

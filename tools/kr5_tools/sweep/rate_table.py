@@ -2,6 +2,7 @@
 
 from typing import Any
 
+import kr5.uncertainty
 import numpy as np
 from scipy import stats
 
@@ -15,14 +16,14 @@ def success_rate(successes: int, trials: int) -> dict[str, Any]:
     """A share with its exact (Clopper and Pearson) two-sided 95 % interval and one-sided lower bound."""
     if not trials:
         return {"count": 0, "rate": None, "low": None, "high": None, "least": None}
-    two = stats.binomtest(successes, trials).proportion_ci(0.95, "exact")
-    one = stats.binomtest(successes, trials, alternative="greater").proportion_ci(0.95, "exact")
+    two = kr5.uncertainty.binomial_interval(successes, trials)
+    one = kr5.uncertainty.binomial_interval(successes, trials, 0.9)  # each of its ends is a one-sided 95 % bound
     return {
         "count": successes,
         "rate": successes / trials,
-        "low": float(two.low),
-        "high": float(two.high),
-        "least": float(one.low),
+        "low": two.low,
+        "high": two.high,
+        "least": one.low,
     }
 
 

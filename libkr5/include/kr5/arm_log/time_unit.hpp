@@ -19,12 +19,14 @@ constexpr auto enum_names(TimeUnit) {
 /// Length of a unit [s].
 double seconds_in(TimeUnit unit);
 
+constexpr double usual_row_step = 0.005;  ///< Between rows of a controller's log [s].
+
 /// The unit of time stamps of which nothing tells it: the one in which they are a time since 1970, of 2001 to 2096,
 /// with rows not too far apart for a motion; else seconds, where their steps are those of a log in seconds; else the
 /// one in which their median step is nearest to the usual one.
 /// @param stamps In the unit; NaN where there is none. @param usual_step Between rows of such logs [s]; 0: not known,
 /// stamps that are no time since 1970 are seconds.
 /// @throws InvalidArgument for a usual step that is negative.
-TimeUnit guess_time_unit(const Eigen::VectorXd& stamps, double usual_step = 0.005);
+TimeUnit guess_time_unit(const Eigen::VectorXd& stamps, double usual_step = usual_row_step);
 
 }  // namespace kr5::arm_log
