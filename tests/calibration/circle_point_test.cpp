@@ -177,7 +177,7 @@ TEST_CASE("a joint that did not move, turned too little, or not alone is told in
 TEST_CASE("readings in another unit are told; short arcs of noisy points give no false warning") {
   Random random(15);
   int false_warnings = 0;
-  for (int trial = 0; trial < 30; ++trial)
+  for (int trial = 0; trial < test::trials(30, 30); ++trial)
     for (const TurnOptions& o : {TurnOptions{.arc = 20 * degree, .sigma = 5e-4, .readings = true},
                                  TurnOptions{.arc = 10 * degree, .sigma = 2e-4, .readings = true},
                                  TurnOptions{.arc = 50 * degree, .sigma = 1e-3, .readings = true},

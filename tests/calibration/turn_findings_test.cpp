@@ -60,7 +60,7 @@ TEST_CASE("nothing is found in sound turns, of a tracker as of a total station",
 }
 
 TEST_CASE("a device that moved during a turn is found with the sample, and between turns with the joint") {
-  const int trials = 20;
+  const int trials = test::trials(20, 20);
   Random random(2);
   for (const bool poses : {false, true})
     for (const std::size_t joints : {std::size_t{6}, std::size_t{3}}) {
