@@ -89,7 +89,7 @@ struct CellRobot::State {
   ServoLead lead;
 
   // The servo of the path, as a motion from where it began: translation and rotation vector in axes of B.
-  Pose T_base_begin = Pose::Identity(), T_base_asked = Pose::Identity();
+  Pose T_base_begin = Pose::Identity();
   std::vector<physics::PathCorrection> path;
 
   Vector6 from_begin(const Pose& T_base_tool) const;
@@ -97,6 +97,7 @@ struct CellRobot::State {
   void begin_path();
   std::optional<VectorXd> asked_joints(const robot::RobotCommand& command);
   std::optional<VectorXd> asked_by_tool(const robot::RobotCommand& command);
+  std::optional<VectorXd> posture(const Pose& T_base_tool);
   bool within_limits(const VectorXd& q) const;
   void stand(const VectorXd& q);
   void brake(double step);
@@ -141,7 +142,7 @@ Vector6 CellRobot::State::from_begin(const Pose& T_base_tool) const {
 
 /// The servo begins at rest where the arm was last asked to be.
 void CellRobot::State::begin_path() {
-  T_base_begin = T_base_asked = ik.chain().flange(lead.position()) * believed.T_flange_tool;
+  T_base_begin = ik.chain().flange(lead.position()) * believed.T_flange_tool;
   const physics::PathServo of_cell(cell);
   physics::PathServo position = of_cell;
   position.cycle = cycle;
@@ -183,17 +184,20 @@ std::optional<VectorXd> CellRobot::State::asked_joints(const robot::RobotCommand
   return q;
 }
 
+std::optional<VectorXd> CellRobot::State::posture(const Pose& T_base_tool) {
+  return ik.posture(T_base_tool * believed.T_flange_tool.inverse(), lead.position());
+}
+
 std::optional<VectorXd> CellRobot::State::asked_by_tool(const robot::RobotCommand& command) {
   if (!command.tool.matrix().allFinite() || !is_rotation(command.tool.linear())) return std::nullopt;
   const bool has_servo = cell.servo->tool.has_value();
   if (has_servo && path.empty()) begin_path();
-  T_base_asked = robot::commanded_tool(command, told.T_base_tool);
-  const Pose T_base_tool = has_servo ? behind_path_servo(T_base_asked) : T_base_asked;
-  const std::optional<VectorXd> q = ik.posture(T_base_tool * believed.T_flange_tool.inverse(), lead.position());
+  const Pose T_base_asked = robot::commanded_tool(command, told.T_base_tool);
+  std::optional<VectorXd> q = posture(T_base_asked);
   if (!q) return std::nullopt;
-  if (has_servo) return lead.ahead(*q);
-  lead.reset(*q);
-  return q;
+  if (!has_servo) return lead.reset(*q), q;
+  q = posture(behind_path_servo(T_base_asked));
+  return q ? std::optional<VectorXd>(lead.ahead(*q)) : std::nullopt;
 }
 
 /// One step of the joint servos; their delay is that of the path where there is one.
@@ -241,11 +245,11 @@ void CellRobot::State::send(const robot::RobotCommand& command) {
   if (stopped || braked) {  // brakes that have fallen hold until the arm is at rest
     stop_moving();
   } else {
-    std::optional<VectorXd> asked = told_joints.front();
+    std::optional<VectorXd> asked;
     if (command.target == robot::CommandTarget::Joints) asked = asked_joints(command);
     if (command.target == robot::CommandTarget::Tool) asked = asked_by_tool(command);
-    reachable = asked.has_value();
-    told_joints.push_front(asked.value_or(told_joints.front()));
+    reachable = asked || command.target == robot::CommandTarget::None;
+    told_joints.push_front(asked ? *asked : lead.ahead(lead.position()));
     told_joints.pop_back();
     move();
   }

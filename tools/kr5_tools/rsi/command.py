@@ -2,7 +2,10 @@
 
 import typer
 
+from kr5_tools.rsi import emulate
+
 app = typer.Typer(no_args_is_help=True)
+emulate.add_to(app)
 
 
 @app.callback()
