@@ -1,5 +1,5 @@
-"""A client of KUKA's sensor interface, written from its description with regular expressions and str.format: none of the
-code of kr5."""
+"""A client of KUKA's sensor interface, written from its description with regular expressions and str.format: none of
+the code of kr5."""
 
 import re
 import socket
