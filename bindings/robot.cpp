@@ -77,10 +77,18 @@ void bind_sensing(py::module_& m) {
 }
 
 void bind_loopback(py::module_& m) {
+  py::class_<Robot>(m, "Robot",
+                    "A robot, cycle by cycle: read it, step a controller, send what the controller gives. Robots are "
+                    "LoopbackRobot and kr5.sim.CellRobot.")
+      .def("read", &Robot::read, py::call_guard<py::gil_scoped_release>(), "Reading of this cycle.")
+      .def("send", &Robot::send, py::arg("command"), py::call_guard<py::gil_scoped_release>(),
+           "Command of this cycle, which ends it.")
+      .def_property_readonly("cycle", &Robot::cycle, "Time between two readings [s].");
   bind_struct<LoopbackOptions>(m, "LoopbackOptions", "Options of LoopbackRobot.");
-  py::class_<LoopbackRobot>(m, "LoopbackRobot",
-                            "A robot that does what it is told, after its delay and within its limits, for tests of "
-                            "controllers: read, step, send, once a cycle. Without joints its tool flies.")
+  py::class_<LoopbackRobot, Robot>(
+      m, "LoopbackRobot",
+      "A robot that does what it is told, after its delay and within its limits, for tests of controllers: read, step, "
+      "send, once a cycle. Without joints its tool flies.")
       .def(py::init<const LoopbackOptions&, const SensorModel&>(), py::arg("options") = LoopbackOptions{},
            py::arg("model") = SensorModel{})
       .def(
@@ -94,9 +102,6 @@ void bind_loopback(py::module_& m) {
            "[N, N m].")
       .def("set_status", &LoopbackRobot::set_status, py::arg("saturated"), py::arg("gripped"),
            "Status of sensor and gripper from now on.")
-      .def("read", &LoopbackRobot::read, "Reading of this cycle.")
-      .def("send", &LoopbackRobot::send, py::arg("command"), "Command of this cycle, which ends it.")
-      .def_property_readonly("cycle", &LoopbackRobot::cycle, "Time between two readings [s].")
       .def_property_readonly(
           "T_base_tool", [](const LoopbackRobot& self) { return self.T_base_tool(); },
           "Pose of the tool, without noise [m].")

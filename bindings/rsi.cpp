@@ -4,6 +4,7 @@
 
 #include <kr5/core/error.hpp>
 #include <kr5/rsi/controller_files.hpp>
+#include <kr5/rsi/emulator.hpp>
 #include <kr5/rsi/kuka_pose.hpp>
 #include <kr5/rsi/layout_file.hpp>
 #include <kr5/rsi/link.hpp>
@@ -90,7 +91,8 @@ Telegram telegram_of(const TelegramCodec& codec, const py::dict& values, std::ui
 void bind_codec(py::module_& m) {
   bind_enum<Sender>(m, "Sender", "Who writes a telegram: controller | computer.");
   bind_enum<TelegramFault>(m, "TelegramFault", "What is wrong with a telegram; none: nothing.");
-  bind_struct<TelegramCounts>(m, "TelegramCounts", "Telegrams by what was wrong with them.");
+  bind_struct<TelegramCounts>(m, "TelegramCounts", "Telegrams by what was wrong with them.")
+      .def("faulty", &TelegramCounts::faulty, "All but the good ones.");
   py::class_<TelegramCodec>(m, "TelegramCodec", "Codec of the telegrams of one sender, in the units of the wire.")
       .def(py::init<const TelegramLayout&, Sender>(), py::arg("layout"), py::arg("sender"))
       .def(
@@ -139,6 +141,92 @@ void bind_link(py::module_& m) {
       .def("statistics", &Link::statistics, "What it has seen since it began.");
 }
 
+void bind_emulation(py::module_& m) {
+  bind_enum<LimitAction>(m, "LimitAction", "What a correction beyond its limit does: stop | hold.");
+  bind_struct<ControllerRules>(m, "ControllerRules",
+                               "Rules by which a controller judges answers and corrects its path.");
+  m.def("usual_rules", &usual_rules, py::arg("controller"), "Rules of a controller as it is delivered.");
+  bind_enum<ControllerPhase>(m, "ControllerPhase", "Phase: running | drives_off | emergency_stop | ended.");
+  bind_enum<StopReason>(m, "StopReason", "Why a program ended; none: it has not.");
+  bind_struct<ProgramStop>(m, "ProgramStop", "Why a program ended.");
+  m.def("stop_message", &stop_message, py::arg("controller"), py::arg("stop"),
+        "What the controller shows when the program ends.");
+  bind_enum<EventKind>(m, "EventKind", "What happens to a controller.");
+  bind_struct<ControllerEvent>(m, "ControllerEvent", "What happened to a controller, and when.");
+  bind_enum<CountFrom>(m, "CountFrom", "From when on cycles without an answer count: telegram | answer.");
+  bind_struct<EmulationOptions>(m, "EmulationOptions", "A controller and its program.");
+  bind_struct<EmulationStatistics>(m, "EmulationStatistics", "What an emulated controller has seen since it began.");
+  bind_enum<AnswerVerdict>(m, "AnswerVerdict", "What became of an answer: good | faulty | foreign | late | ...");
+  using kr5::robot::Robot;
+  using kr5::robot::SensorModel;
+  py::class_<EmulatedController>(m, "EmulatedController",
+                                 "A controller's end of the sensor interface without socket and clock: `cycle`, then "
+                                 "`receive` for each answer.")
+      .def(py::init<const TelegramLayout&, const SensorModel&, const EmulationOptions&, Robot&>(), py::arg("layout"),
+           py::arg("model"), py::arg("options"), py::arg("robot"), py::keep_alive<1, 5>())
+      .def(
+          "cycle", [](EmulatedController& self) { return py::bytes(std::string(self.cycle())); },
+          "Moves the robot for a cycle; the telegram of its end. Empty: there is none.")
+      .def(
+          "receive",
+          [](EmulatedController& self, const py::bytes& bytes, double since) {
+            return self.receive(static_cast<std::string_view>(bytes), since);
+          },
+          py::arg("bytes"), py::arg("since"), "An answer, some time after the telegram [s]; what became of it.")
+      .def("set_drives", &EmulatedController::set_drives, py::arg("on"), "Drives on or off.")
+      .def("emergency_stop", &EmulatedController::emergency_stop, "The arm brakes; drives on end it.")
+      .def("set_override", &EmulatedController::set_override, py::arg("share"), "Override of the path, 0 to 1 [-].")
+      .def("reset_program", &EmulatedController::reset_program, "The program is reset and started again.")
+      .def_property_readonly("statistics", &EmulatedController::statistics, py::return_value_policy::copy,
+                             "What it has seen since it began (a copy).")
+      .def_property_readonly("events", &EmulatedController::events, py::return_value_policy::copy,
+                             "What happened so far (copies).")
+      .def_property_readonly("reading", &EmulatedController::reading, py::return_value_policy::copy,
+                             "Last reading of the robot (a copy).");
+}
+
+/// Its thread may want to call Python before it ends.
+struct WithoutPython {
+  void operator()(const Emulator* emulator) const {
+    const py::gil_scoped_release free;
+    delete emulator;
+  }
+};
+
+void bind_emulator(py::module_& m) {
+  bind_enum<LinkFault>(m, "LinkFault", "Fault of a message: late | lose | double | reorder | truncate.");
+  bind_struct<TimedFault>(m, "TimedFault", "A fault at a given time.");
+  bind_struct<LinkFaults>(m, "LinkFaults", "Which messages of a link are faulty.");
+  bind_struct<LinkFaultCounts>(m, "LinkFaultCounts", "Messages by the fault that they had.");
+  bind_struct<EmulatorOptions>(m, "EmulatorOptions", "Options of Emulator.");
+  bind_struct<EmulatorStatistics>(m, "EmulatorStatistics", "What an emulator has seen since it began.");
+  using kr5::robot::Robot;
+  using kr5::robot::SensorModel;
+  using free_python = py::call_guard<py::gil_scoped_release>;
+  py::class_<Emulator, std::unique_ptr<Emulator, WithoutPython>>(
+      m, "Emulator",
+      "A controller with its socket and clock, in a thread of its own: it sends to address and port of the layout, for "
+      "anybody's client, and keeps the controller's rules.")
+      .def(py::init<const TelegramLayout&, const SensorModel&, const EmulatorOptions&, Robot&>(), py::arg("layout"),
+           py::arg("model"), py::arg("options"), py::arg("robot"), py::keep_alive<1, 5>())
+      .def("set_drives", &Emulator::set_drives, py::arg("on"), free_python(), "Drives on or off.")
+      .def("emergency_stop", &Emulator::emergency_stop, free_python(), "The arm brakes; drives on end it.")
+      .def("set_override", &Emulator::set_override, py::arg("share"), free_python(),
+           "Override of the path, 0 to 1 [-].")
+      .def("reset_program", &Emulator::reset_program, free_python(),
+           "Closes the connection; the program starts anew where the arm stands.")
+      .def("statistics", &Emulator::statistics, free_python(), "What it has seen since it began.")
+      .def("events", &Emulator::events, free_python(), "What happened so far.")
+      .def("reading", &Emulator::reading, free_python(), "Last reading of the robot.")
+      .def(
+          "joint_correction", [](const Emulator& self) { return Eigen::VectorXd(self.joint_correction()); },
+          free_python(), "Total correction of each joint [rad or m].")
+      .def("tool_correction", &Emulator::tool_correction, free_python(), "Total correction of the tool [m].")
+      .def_property_readonly(
+          "own_port", [](const Emulator& self) { return self.own_port(); }, "UDP port that it sends from.")
+      .def_property_readonly("real_time", &Emulator::real_time, "What the kernel gave to its thread.");
+}
+
 void bind_side_channel(py::module_& m) {
   bind_enum<SideKind>(m, "SideKind", "Kind of a result: vision | force.");
   bind_struct<VisionResult>(m, "VisionResult", "Where a camera sees something.");
@@ -175,10 +263,14 @@ void bind_side_channel(py::module_& m) {
 }  // namespace
 
 void bind_rsi(py::module_& m) {
-  m.doc() = "KUKA's RobotSensorInterface: telegrams, files for the controller, the link, results between computers.";
+  m.doc() =
+      "KUKA's RobotSensorInterface: telegrams, files for the controller, the link, an emulated "
+      "controller, results between computers.";
   bind_layout(m);
   bind_files(m);
   bind_codec(m);
   bind_link(m);
+  bind_emulation(m);
+  bind_emulator(m);
   bind_side_channel(m);
 }

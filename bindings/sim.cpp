@@ -4,6 +4,7 @@
 #include <kr5/sim/bin_image.hpp>
 #include <kr5/sim/bin_rays.hpp>
 #include <kr5/sim/bin_scan.hpp>
+#include <kr5/sim/cell_robot.hpp>
 #include <kr5/sim/dart_simulator.hpp>
 #include <kr5/sim/driven_arm.hpp>
 #include <kr5/sim/insertion.hpp>
@@ -88,6 +89,22 @@ static void bind_arm(py::module_& m) {
           "One step of `drive` for each row; returns (positions, currents, wrenches), one row per step.")
       .def("read", &DrivenArm::read, py::return_value_policy::copy, "State at the present instant.")
       .def("energy", &DrivenArm::energy, "Energy of links, rotors and gear springs [J].");
+}
+
+static void bind_cell_robot(py::module_& m) {
+  bind_struct<CellRobotOptions>(m, "CellRobotOptions", "Options of CellRobot.");
+  py::class_<CellRobot, kr5::robot::Robot>(
+      m, "CellRobot",
+      "The arm of a cell with servos, gears, links, encoders and wrist sensor, with the effects of the cell, as the "
+      "other end of a controller: read, step, send, once a cycle.")
+      .def(py::init<const kr5::cell::Cell&, const CellRobotOptions&>(), py::arg("cell"),
+           py::arg("options") = CellRobotOptions{})
+      .def("set_environment", &CellRobot::set_environment, py::arg("environment"),
+           "Function of T_base_sensor, velocity of the sensor in B and time, to the wrench of the environment on the "
+           "tool at the origin of S, in B [N, N m].")
+      .def("actual", &CellRobot::actual, py::return_value_policy::copy,
+           "State of drives and links as it really is, which no controller knows.")
+      .def_property_readonly("gripper", &CellRobot::gripper, py::return_value_policy::copy, "State of the gripper.");
 }
 
 static void bind_scene(py::module_& m) {
@@ -301,6 +318,7 @@ void bind_sim(py::module_& m) {
       .def(py::init<const DartSimulatorOptions&>(), py::arg("options") = DartSimulatorOptions{})
       .def("__repr__", [](const DartSimulator&) { return "DartSimulator()"; });
   bind_arm(m);
+  bind_cell_robot(m);
   bind_scene(m);
   bind_insertion(m);
   bind_pile(m);

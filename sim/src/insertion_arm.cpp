@@ -10,7 +10,6 @@
 #include <kr5/geometry/tilt.hpp>
 #include <kr5/physics/tool.hpp>
 #include <kr5/physics/tube.hpp>
-#include <kr5/robot/servo_feedforward.hpp>
 
 namespace kr5::sim {
 namespace {
@@ -63,6 +62,7 @@ InsertionArm::InsertionArm(const cell::Cell& real, const InsertionSetup& setup)
       encoders_(arm_.drives(), 0.0, setup.noise ? real.noise.position : 0.0, setup.seed * 2 + 2),
       believed_(cell::sensor_model(real)),
       cycle_(real.servo->cycle),
+      lead_(*real.servo, cycle_),
       T_base_tube_(real.tube->T_base_tube),
       T_tube_actual_(physics::T_tube_actual(real)),
       T_actual_base_((T_base_tube_ * T_tube_actual_).inverse()) {
@@ -110,7 +110,7 @@ bool InsertionArm::choose_turn(const Pose& T_tube_peg, double tilt) {
     if (!q || greatest >= least) continue;
     least = greatest;
     best = T_peg_tool_;
-    q_ = *q;
+    lead_.reset(*q);
   }
   T_peg_tool_ = best;
   return std::isfinite(least);
@@ -128,9 +128,8 @@ bool InsertionArm::start(const Pose& T_tube_peg, double tilt) {
     rotation.correction.total.reset();
     for (int i = 0; i < 5; ++i) servo_.emplace_back(i < 3 ? position : rotation, at[i]);
   }
-  speed_ = VectorXd::Zero(q_.size());
-  command_ = q_;
-  arm_.reset(q_);
+  command_ = lead_.position();
+  arm_.reset(command_);
   reading_ = arm_.read();
   held_ = held();
   peg_.place(held_);
@@ -147,20 +146,6 @@ Pose InsertionArm::commanded(const Pose& T_tube_peg) {
     out[k] = servo_[i].z();
   }
   return tilted_pose(out.head<3>(), out.tail<2>());
-}
-
-/// The servo of the path is what was measured of the whole arm, joint servos in it: these are told ahead of time.
-VectorXd InsertionArm::led_ahead(const VectorXd& q) {
-  const VectorXd speed = (q - q_) / cycle_;
-  VectorXd out = q;
-  for (Eigen::Index i = 0; i < q.size(); ++i) {
-    const cell::SecondOrder& servo = cell_.servo->of_joint(static_cast<int>(i));
-    const robot::ServoFeedforward lead(servo.natural_frequency, servo.damping_ratio);
-    out[i] += lead(speed[i], (speed[i] - speed_[i]) / cycle_);
-  }
-  q_ = q;
-  speed_ = speed;
-  return out;
 }
 
 void InsertionArm::wander(double passed) {
@@ -207,7 +192,8 @@ void InsertionArm::hold_peg() { peg_.place(held_); }
 std::optional<VectorXd> InsertionArm::asked(const robot::RobotCommand& command) {
   if (command.target == robot::CommandTarget::Joints) return VectorXd(robot::commanded_joints(command, told_.joints));
   if (command.target == robot::CommandTarget::Tool) T_base_asked_ = robot::commanded_tool(command, told_.T_base_tool);
-  return ik_.posture(flange_for(commanded(T_base_tube_.inverse() * T_base_asked_ * T_peg_tool_.inverse())), q_);
+  return ik_.posture(flange_for(commanded(T_base_tube_.inverse() * T_base_asked_ * T_peg_tool_.inverse())),
+                     lead_.position());
 }
 
 void InsertionArm::send(const robot::RobotCommand& command) {
@@ -216,9 +202,9 @@ void InsertionArm::send(const robot::RobotCommand& command) {
   if (!stopped_) {
     const std::optional<VectorXd> q = asked(command);
     reachable_ = q.has_value();
-    command_ = led_ahead(reachable_ ? *q : q_);
+    command_ = lead_.ahead(reachable_ ? *q : lead_.position());
   } else {
-    command_ = q_;
+    command_ = lead_.position();
   }
   peg_.hold(command.gripper.hold, command.gripper.air);
   const int steps = static_cast<int>(std::ceil(cycle_ / arm_.step() - 1e-6));

@@ -14,6 +14,7 @@
 
 #include "held_peg.hpp"
 #include "ik_solver.hpp"
+#include "servo_lead.hpp"
 
 namespace kr5::sim {
 
@@ -54,7 +55,6 @@ class InsertionArm : public robot::Robot {
   bool choose_turn(const Pose& T_tube_peg, double tilt);
   std::optional<Eigen::VectorXd> asked(const robot::RobotCommand& command);
   Pose commanded(const Pose& T_tube_peg);
-  Eigen::VectorXd led_ahead(const Eigen::VectorXd& q);
   /// Where the grip really would hold the peg, in the real tube.
   Pose held();
   void wander(double passed);
@@ -75,11 +75,12 @@ class InsertionArm : public robot::Robot {
   Pose T_base_asked_ = Pose::Identity();    ///< Where the tool was last asked to be.
   Coordinates seen_ = Coordinates::Zero();  ///< What the arm last read of itself.
   double cycle_ = 0.0, time_ = 0.0;
+  ServoLead lead_;  ///< From joint setpoints to what the joint servos are told.
   Pose T_base_tube_ = Pose::Identity(), T_tube_actual_ = Pose::Identity(), T_actual_base_ = Pose::Identity();
-  Pose T_peg_tool_ = Pose::Identity();   ///< The grip's turn about the peg.
-  Pose grip_ = Pose::Identity();         ///< Where the peg really sits in it.
-  Vector6 off_ = Vector6::Zero();        ///< How far the arm is off at the moment, in T.
-  Eigen::VectorXd q_, speed_, command_;  ///< Joint setpoints, and what the servos were told last.
+  Pose T_peg_tool_ = Pose::Identity();  ///< The grip's turn about the peg.
+  Pose grip_ = Pose::Identity();        ///< Where the peg really sits in it.
+  Vector6 off_ = Vector6::Zero();       ///< How far the arm is off at the moment, in T.
+  Eigen::VectorXd command_;             ///< What they were told last.
   ArmReading reading_;
   Pose held_ = Pose::Identity();
   Vector6 on_tool_ = Vector6::Zero();  ///< Of the peg, at S, in B.

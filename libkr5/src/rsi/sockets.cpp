@@ -9,6 +9,7 @@
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
+#include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -120,6 +121,25 @@ bool send_to(const Descriptor& socket, std::string_view bytes, const Endpoint& t
   const auto sent = sendto(socket.get(), bytes.data(), bytes.size(), MSG_DONTWAIT | MSG_NOSIGNAL,
                            reinterpret_cast<const sockaddr*>(&address), sizeof address);
   return sent == static_cast<ssize_t>(bytes.size());
+}
+
+Descriptor begin_connection(const Endpoint& to) noexcept {
+  Descriptor out(socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+  if (!out) return out;
+  const int yes = 1;
+  setsockopt(out.get(), IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
+  const sockaddr_in address = address_of(to);
+  const bool made = connect(out.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
+  return made || errno == EINPROGRESS ? std::move(out) : Descriptor();
+}
+
+Connection state_of(const Descriptor& connection) noexcept {
+  pollfd watched{connection.get(), POLLOUT, 0};
+  if (poll(&watched, 1, 0) <= 0) return Connection::Coming;
+  int error = 0;
+  socklen_t size = sizeof error;
+  getsockopt(connection.get(), SOL_SOCKET, SO_ERROR, &error, &size);
+  return error == 0 ? Connection::Made : Connection::Refused;
 }
 
 Descriptor accept_connection(const Descriptor& listener) noexcept {

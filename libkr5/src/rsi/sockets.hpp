@@ -52,6 +52,10 @@ struct Datagram {
 Datagram receive(const Descriptor& socket, std::span<char> to) noexcept;
 bool send_to(const Descriptor& socket, std::string_view bytes, const Endpoint& to) noexcept;
 
+/// A TCP connection that has begun to be made; none when it cannot.
+Descriptor begin_connection(const Endpoint& to) noexcept;
+enum class Connection { Coming, Made, Refused };
+Connection state_of(const Descriptor& connection) noexcept;
 /// The next connection; none when there is none.
 Descriptor accept_connection(const Descriptor& listener) noexcept;
 /// Bytes that were read; 0 when none are there, -1 when the connection is over.

@@ -287,6 +287,13 @@ JOBS = [
     Job("cells in use", "insert --cell cell.yaml --clearance 1 --json out.json", "cell", ("cell.yaml",), ("out.json",)),
     Job("cells in use", "record --cell cell.yaml --protocol brief.yaml -o new", "cell", ("cell.yaml",), (), 2),
     Job("cells in use", "record --full --cell cell.yaml --protocol brief.yaml -o new", "cell", ("cell.yaml",)),
+    Job(
+        "cells in use",
+        "rsi emulate cell.yaml --strict --timeout 5 --for 1 --json out.json",
+        "cell",
+        ("cell.yaml",),
+        ("out.json",),
+    ),
     Job("cells in use", "replay cell.yaml -o page.html", "cell", ("cell.yaml",), ("page.html",), 2),
     Job("cells in use", "scene run scene.yaml --json out.json", "cell", ("cell.yaml",), ("out.json",), 2),
     Job(

@@ -1,0 +1,13 @@
+"""`kr5 rsi`: KUKA controllers over the RobotSensorInterface."""
+
+import typer
+
+from kr5_tools.rsi import emulate
+
+app = typer.Typer(no_args_is_help=True)
+emulate.add_to(app)
+
+
+@app.callback()
+def rsi() -> None:
+    """KUKA controllers over the RobotSensorInterface (RSI)."""

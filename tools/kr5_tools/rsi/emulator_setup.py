@@ -1,0 +1,109 @@
+"""What `kr5 rsi emulate` makes of its options: layout, rules, faults of the network, and what happens at which time."""
+
+import dataclasses
+import math
+import re
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import kr5
+from kr5 import rsi
+
+CONTROLLERS = ("krc2", "krc4_rsi3", "krc4", "krc5", "iiqka")
+ACTIONS: dict[str, Callable[[rsi.Emulator], None]] = {
+    "drives_off": lambda emulator: emulator.set_drives(False),
+    "drives_on": lambda emulator: emulator.set_drives(True),
+    "emergency_stop": lambda emulator: emulator.emergency_stop(),
+    "reset": lambda emulator: emulator.reset_program(),
+}
+OVERRIDE = "override="
+
+
+@dataclasses.dataclass
+class Action:
+    """What is done to the controller, and when [s]."""
+
+    time: float
+    do: Callable[[rsi.Emulator], None]
+
+
+def _seconds(text: str) -> float | None:
+    try:
+        value = float(text)
+    except ValueError:
+        return None
+    return value if 0 <= value < math.inf else None
+
+
+def parse_action(text: str) -> Action:
+    """The action of `drives_off@2.5` or `override=30@4`."""
+    what, _, when = text.rpartition("@")
+    seconds = _seconds(when)
+    if seconds is not None and what in ACTIONS:
+        return Action(seconds, ACTIONS[what])
+    percent = _seconds(what.removeprefix(OVERRIDE)) if what.startswith(OVERRIDE) else None
+    if seconds is not None and percent is not None and percent <= 100:
+        share = percent / 100
+        return Action(seconds, lambda emulator: emulator.set_override(share))
+    expected = f"WHAT@SECONDS with WHAT {', '.join(ACTIONS)} or {OVERRIDE}PERCENT, as drives_off@2.5"
+    raise kr5.InvalidArgument(f"--do: found {text!r}, expected {expected}")
+
+
+def parse_fault(text: str) -> rsi.TimedFault:
+    """The fault of `lose@1.5`, or of `lose@1.5x10` for the next ten messages."""
+    found = re.fullmatch(r"(late|lose|double|reorder|truncate)@([0-9.]+)(?:x([0-9]{1,6}))?", text)
+    seconds = _seconds(found[2]) if found else None
+    if not found or seconds is None:
+        expected = (
+            "KIND@SECONDS or KIND@SECONDSxCOUNT with KIND late, lose, double, reorder or truncate, as lose@1.5x10"
+        )
+        raise kr5.InvalidArgument(f"--fault: found {text!r}, expected {expected}")
+    return rsi.TimedFault(fault=found[1], time=seconds, count=int(found[3] or 1))
+
+
+def make_layout(
+    file: Path | None, controller: str | None, corrections: str, address: str, port: int | None, transport: str | None
+) -> rsi.TelegramLayout:
+    """Layout of a configuration, else the usual one of the controller, with the address of the client."""
+    if file:
+        layout = rsi.load_layout(str(file))
+        if controller:
+            layout.controller = rsi.Controller(controller)
+    else:
+        layout = rsi.usual_layout(controller or "krc4", target=corrections)
+    layout.address = address
+    layout.port = layout.port if port is None else port
+    if transport:
+        layout.transport = rsi.Transport(transport)
+    layout.validate()
+    return layout
+
+
+def make_rules(
+    controller: rsi.Controller, timeout: int | None, axis_limit: float | None, translation_limit: float | None
+) -> rsi.ControllerRules:
+    """Rules of a controller, with the limits that are given in degrees and millimetres; rotations have that of axes."""
+    rules = rsi.usual_rules(controller)
+    if timeout is not None:
+        rules.max_late = timeout
+    if axis_limit is not None:
+        rules.axis_limit = rules.rotation_limit = math.radians(axis_limit)
+    if translation_limit is not None:
+        rules.translation_limit = 1e-3 * translation_limit
+    rules.validate()
+    return rules
+
+
+def make_faults(
+    of: str, shares: dict[str, float], delay: float, jitter: float, timed: Sequence[str], seed: int
+) -> tuple[rsi.LinkFaults, rsi.LinkFaults]:
+    """Faults of telegrams and of answers, as `of` says: telegrams, answers or both; delay and jitter in ms."""
+    found = [
+        rsi.LinkFaults(
+            **shares, delay=1e-3 * delay, jitter=1e-3 * jitter, timed=[parse_fault(t) for t in timed], seed=seed + k
+        )
+        for k in range(2)
+    ]
+    found[0].validate()
+    none = rsi.LinkFaults()
+    return (none if of == "answers" else found[0]), (none if of == "telegrams" else found[1])
