@@ -1,0 +1,1 @@
+"""KUKA's RobotSensorInterface at the terminal: `kr5 rsi`."""
