@@ -93,7 +93,8 @@ Telegram telegram_of(const TelegramCodec& codec, const py::dict& values, std::ui
 void bind_codec(py::module_& m) {
   bind_enum<Sender>(m, "Sender", "Who writes a telegram: controller | computer.");
   bind_enum<TelegramFault>(m, "TelegramFault", "What is wrong with a telegram; none: nothing.");
-  bind_struct<TelegramCounts>(m, "TelegramCounts", "Telegrams by what was wrong with them.");
+  bind_struct<TelegramCounts>(m, "TelegramCounts", "Telegrams by what was wrong with them.")
+      .def("faulty", &TelegramCounts::faulty, "Number of all but the good ones.");
   py::class_<TelegramCodec>(m, "TelegramCodec", "Codec of the telegrams of one sender, in the units of the wire.")
       .def(py::init<const TelegramLayout&, Sender>(), py::arg("layout"), py::arg("sender"))
       .def(
@@ -143,7 +144,8 @@ void bind_link(py::module_& m) {
 }
 
 void bind_observations(py::module_& m) {
-  bind_struct<TestMotionOptions>(m, "TestMotionOptions", "Options of the test motion of a LinkRecorder.");
+  bind_struct<TestMotionOptions>(m, "TestMotionOptions", "Options of the test motion of a LinkRecorder.")
+      .def_property_readonly("total", &TestMotionOptions::total, "Time until all components were moved [s].");
   bind_struct<LinkObservations>(m, "LinkObservations", "What was seen at the port of a link for some time.")
       .def("append", &LinkObservations::append, py::arg("later"), "Adds what was seen later.")
       .def(
@@ -167,10 +169,11 @@ void bind_observations(py::module_& m) {
 }
 
 void bind_diagnosis(py::module_& m) {
-  bind_enum<LinkFault>(m, "LinkFault", "What can be wrong with a link.");
-  bind_enum<FaultSeverity>(m, "FaultSeverity", "Whether a link can work with what is wrong: fault | caution.");
+  bind_enum<LinkFindingKind>(m, "LinkFindingKind", "What can be wrong with a link.");
+  bind_enum<FindingSeverity>(m, "FindingSeverity", "Whether a link can work with what is wrong: fault | caution.");
   bind_enum<LinkVerdict>(m, "LinkVerdict", "Verdict on a link: sound | faulty | undecided.");
-  bind_struct<DiagnosisOptions>(m, "DiagnosisOptions", "Options of examine_link.");
+  bind_struct<DiagnosisOptions>(m, "DiagnosisOptions", "Options of examine_link.")
+      .def("cycle_of", &DiagnosisOptions::cycle_of, py::arg("controller"), "Cycle of a controller [s].");
   bind_struct<LinkFinding>(m, "LinkFinding", "One thing that is wrong with a link.");
   bind_struct<LinkDiagnosis>(m, "LinkDiagnosis", "What is wrong with a link.");
   m.def("examine_link", &examine_link, py::arg("observations"), py::arg("layout"),

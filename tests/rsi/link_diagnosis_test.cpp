@@ -32,7 +32,7 @@ std::set<std::string> kinds(const LinkDiagnosis& diagnosis) {
   return out;
 }
 
-const LinkFinding& finding(const LinkDiagnosis& diagnosis, LinkFault kind) {
+const LinkFinding& finding(const LinkDiagnosis& diagnosis, LinkFindingKind kind) {
   const auto at = std::ranges::find(diagnosis.findings, kind, &LinkFinding::kind);
   if (at == diagnosis.findings.end()) throw std::runtime_error("not found: " + std::string(name_of(kind)));
   return *at;
@@ -168,7 +168,9 @@ const std::vector<Injection>& injections() {
        }},
       {"unknown_elements",
        [](Random&, MadeLink& link) {
-         link.change = [](std::string text, std::size_t) { return replace(text, "<IPOC>", "<Krl V=\"3\" /><IPOC>"), text; };
+         link.change = [](std::string text, std::size_t) {
+           return replace(text, "<IPOC>", "<Krl V=\"3\" /><IPOC>"), text;
+         };
        }},
       {"other_order",
        [](Random& random, MadeLink& link) {
@@ -187,7 +189,8 @@ const std::vector<Injection>& injections() {
            if (how == 0) text.resize(text.size() / 2);
            if (how == 1) replace(text, "X=\"", "X=\"nan");
            if (how == 2) replace(text, "<IPOC>", "<IPOC>-");
-           link.between.push_back({.time = link.cycles[at].time + 1e-3, .sender = link.cycles[at].sender, .telegram = text});
+           link.between.push_back(
+               {.time = link.cycles[at].time + 1e-3, .sender = link.cycles[at].sender, .telegram = text});
          }
        }},
       {"foreign_datagrams",
@@ -251,11 +254,11 @@ TEST_CASE("what was lost, repeated and late is counted") {
   link.cycles.erase(link.cycles.begin() + 400, link.cycles.begin() + 403);
   link.cycles[50].answer_time = 5e-3;
   const LinkDiagnosis d = examine_link(link.seen(), layout());
-  CHECK(finding(d, LinkFault::LostTelegrams).count == 10);
-  CHECK(finding(d, LinkFault::LostTelegrams).severity == FaultSeverity::Fault);
-  CHECK(finding(d, LinkFault::LateAnswers).count == 1);
-  CHECK(finding(d, LinkFault::LateAnswers).severity == FaultSeverity::Caution);
-  CHECK(*finding(d, LinkFault::LateAnswers).expected_time == Approx(0.004 * 10 / 12));
+  CHECK(finding(d, LinkFindingKind::LostTelegrams).count == 10);
+  CHECK(finding(d, LinkFindingKind::LostTelegrams).severity == FindingSeverity::Fault);
+  CHECK(finding(d, LinkFindingKind::LateAnswers).count == 1);
+  CHECK(finding(d, LinkFindingKind::LateAnswers).severity == FindingSeverity::Caution);
+  CHECK(*finding(d, LinkFindingKind::LateAnswers).expected_time == Approx(0.004 * 10 / 12));
 }
 
 TEST_CASE("the cycle is measured, also where half of the telegrams are lost, and compared with the expected one") {
@@ -274,7 +277,7 @@ TEST_CASE("the cycle is measured, also where half of the telegrams are lost, and
   MadeLink link(random, 300, 0.012);
   const LinkDiagnosis d = examine_link(link.seen(), layout());
   CHECK(kinds(d) == std::set<std::string>{"wrong_rate"});
-  CHECK(*finding(d, LinkFault::WrongRate).measured_time == Approx(0.012).epsilon(0.02));
+  CHECK(*finding(d, LinkFindingKind::WrongRate).measured_time == Approx(0.012).epsilon(0.02));
   TelegramLayout old = layout();
   old.controller = Controller::Krc2;
   CHECK(examine_link(link.seen(), old).verdict == LinkVerdict::Sound);
@@ -291,10 +294,10 @@ TEST_CASE("elements are named: missing, unknown, in another order") {
     return text;
   };
   const LinkDiagnosis d = examine_link(link.seen(), layout());
-  CHECK(finding(d, LinkFault::MissingElements).names == std::vector<std::string>{"RSol", "AIPos.A3"});
-  CHECK(finding(d, LinkFault::UnknownElements).names == std::vector<std::string>{"AIPos.A7"});
-  CHECK(finding(d, LinkFault::OtherOrder).found == "Delay RIst AIPos ASPos");
-  CHECK(finding(d, LinkFault::OtherOrder).expected == "RIst AIPos ASPos Delay");
+  CHECK(finding(d, LinkFindingKind::MissingElements).names == std::vector<std::string>{"RSol", "AIPos.A3"});
+  CHECK(finding(d, LinkFindingKind::UnknownElements).names == std::vector<std::string>{"AIPos.A7"});
+  CHECK(finding(d, LinkFindingKind::OtherOrder).found == "Delay RIst AIPos ASPos");
+  CHECK(finding(d, LinkFindingKind::OtherOrder).expected == "RIst AIPos ASPos Delay");
   CHECK(d.telegrams.incomplete == 100);
 }
 
@@ -302,15 +305,15 @@ TEST_CASE("nothing comes: another port, another address, or silence like that of
   LinkObservations nothing{.duration = 10.0, .port = 49152, .datagrams_elsewhere = 3};
   LinkDiagnosis d = examine_link(nothing, layout());
   CHECK(kinds(d) == std::set<std::string>{"no_telegrams"});
-  CHECK((d.verdict == LinkVerdict::Faulty && *finding(d, LinkFault::NoTelegrams).measured_time == 10.0));
+  CHECK((d.verdict == LinkVerdict::Faulty && *finding(d, LinkFindingKind::NoTelegrams).measured_time == 10.0));
   nothing.datagrams_elsewhere = 2400;
   d = examine_link(nothing, layout());
   CHECK(kinds(d) == std::set<std::string>{"wrong_port"});
-  CHECK(finding(d, LinkFault::WrongPort).count == 2400);
+  CHECK(finding(d, LinkFindingKind::WrongPort).count == 2400);
   nothing = {.duration = 10.0, .port = 6008, .own_address = false};
   d = examine_link(nothing, layout());
   CHECK(kinds(d) == std::set<std::string>{"no_telegrams", "other_port", "other_address"});
-  CHECK(finding(d, LinkFault::OtherAddress).severity == FaultSeverity::Fault);
+  CHECK(finding(d, LinkFindingKind::OtherAddress).severity == FindingSeverity::Fault);
 }
 
 TEST_CASE("too few telegrams are no verdict") {
@@ -358,7 +361,7 @@ TEST_CASE("axis values in radians, or of another arm, are told by the pose") {
     CHECK(d.pose_compared);
     const std::vector<std::set<std::string>> expected = {{}, {"radian_axes"}, {"pose_mismatch"}};
     CHECK(kinds(d) == expected[static_cast<std::size_t>(how)]);
-    if (how == 2) CHECK(*finding(d, LinkFault::PoseMismatch).distance == Approx(0.15).epsilon(1e-3));
+    if (how == 2) CHECK(*finding(d, LinkFindingKind::PoseMismatch).distance == Approx(0.15).epsilon(1e-3));
   }
   CHECK_FALSE(examine_link(MadeLink(random, 100).seen(), layout()).pose_compared);
 }
@@ -376,7 +379,8 @@ TEST_CASE("corrections of wrong sign, unit, axis and size are told by the motion
   for (int trial = 0; trial < 40; ++trial) {
     MadeLink link(random, 1900);
     Gains gains = unit_gains();
-    const auto axis = static_cast<std::size_t>(random.integer(6)), other = (axis + 1 + static_cast<std::size_t>(random.integer(5))) % 6;
+    const auto axis = static_cast<std::size_t>(random.integer(6)),
+               other = (axis + 1 + static_cast<std::size_t>(random.integer(5))) % 6;
     const std::string name = "A" + std::to_string(axis + 1);
     const int how = trial % 6;
     if (how == 1) gains[axis][axis] = -1.0;
@@ -388,8 +392,12 @@ TEST_CASE("corrections of wrong sign, unit, axis and size are told by the motion
     const LinkDiagnosis d = examine_link(link.seen(), layout());
     CAPTURE(trial, how, axis);
     CHECK(d.motion_compared);
-    const std::vector<std::set<std::string>> expected = {
-        {}, {"correction_sign"}, {"correction_unit"}, {"correction_axis"}, {"correction_scale"}, {"correction_ignored"}};
+    const std::vector<std::set<std::string>> expected = {{},
+                                                         {"correction_sign"},
+                                                         {"correction_unit"},
+                                                         {"correction_axis"},
+                                                         {"correction_scale"},
+                                                         {"correction_ignored"}};
     REQUIRE(kinds(d) == expected[static_cast<std::size_t>(how)]);
     if (how == 0) continue;
     const LinkFinding& f = d.findings.front();
@@ -397,7 +405,9 @@ TEST_CASE("corrections of wrong sign, unit, axis and size are told by the motion
     // The last decimal on the wire may be off by half over the 200 cycles of a test, in which 5 degrees are summed.
     if (how < 3) CHECK(*f.gain == Approx(gains[axis][axis]).epsilon(0.02).margin(0.5e-4 * 200 / 5));
     if (how == 3) CHECK(d.findings.size() == 2);
-    if (how == 3) CHECK(std::set<std::string>(f.names.begin(), f.names.end()) == std::set<std::string>{name, "A" + std::to_string(other + 1)});
+    if (how == 3)
+      CHECK(std::set<std::string>(f.names.begin(), f.names.end()) ==
+            std::set<std::string>{name, "A" + std::to_string(other + 1)});
     if (how == 5) CHECK(f.count == 6);
   }
 }

@@ -14,14 +14,14 @@ namespace kr5::test {
 
 /// A cycle of a made-up controller: what it sends, and what it gets.
 struct MadeCycle {
-  double time = 0.0;                       ///< Of the arrival [s].
-  std::uint64_t ipoc = 0;                  ///< [ms]
+  double time = 0.0;       ///< Of the arrival [s].
+  std::uint64_t ipoc = 0;  ///< [ms]
   std::string sender = "192.168.1.20:49152";
-  std::array<double, 6> pose{}, path{};    ///< X Y Z A B C [mm, deg].
+  std::array<double, 6> pose{}, path{};       ///< X Y Z A B C [mm, deg].
   std::array<double, 6> axes{}, axis_path{};  ///< [deg]
   int delay = 0;
-  double answer_time = 0.0;                ///< [s]
-  std::array<double, 6> correction{};      ///< [deg]
+  double answer_time = 0.0;            ///< [s]
+  std::array<double, 6> correction{};  ///< [deg]
   std::string answer_ipoc, answer_type = "ImFree";
   bool answered = true;
 };
@@ -34,7 +34,8 @@ class MadeLink {
     const auto first = static_cast<std::uint64_t>(1000 + random.integer(2'000'000'000));
     for (int i = 0; i < 6; ++i) home_[static_cast<std::size_t>(i)] = random.uniform(-90, 90);
     begin_ = random.uniform(0.0, 0.02);
-    for (int i = 0; i < cycles; ++i) add(begin_ + i * cycle, first + static_cast<std::uint64_t>(std::lround(1000 * i * cycle)));
+    for (int i = 0; i < cycles; ++i)
+      add(begin_ + i * cycle, first + static_cast<std::uint64_t>(std::lround(1000 * i * cycle)));
     cycle_ = cycle;
   }
 

@@ -25,7 +25,7 @@ bool is_late(const ReadTelegram& t, double deadline) {
 }
 
 void find_late(const ReadObservations& read, Findings& to) {
-  LinkFinding out{.kind = LinkFault::LateAnswers, .of = answers_of(read), .expected_time = read.deadline};
+  LinkFinding out{.kind = LinkFindingKind::LateAnswers, .of = answers_of(read), .expected_time = read.deadline};
   std::vector<double> durations;
   for (const ReadTelegram& t : read.telegrams) {
     if (t.exchange->answer.empty()) continue;
@@ -40,7 +40,7 @@ void find_late(const ReadObservations& read, Findings& to) {
 }
 
 /// A part of the answers that is not what it should be.
-void find_wrong_part(const ReadObservations& read, LinkFault kind, auto&& found, auto&& expected, Findings& to) {
+void find_wrong_part(const ReadObservations& read, LinkFindingKind kind, auto&& found, auto&& expected, Findings& to) {
   LinkFinding out{.kind = kind, .of = answers_of(read), .names = {"answers"}};
   for (const ReadTelegram& t : read.telegrams) {
     if (t.exchange->answer.empty() || found(t) == expected(t)) continue;
@@ -56,7 +56,7 @@ void find_wrong_part(const ReadObservations& read, LinkFault kind, auto&& found,
 void find_rejected(const ReadObservations& read, Findings& to) {
   double counted = 0.0;
   std::uint64_t late = 0, in_time = 0;
-  LinkFinding out{.kind = LinkFault::AnswersRejected};
+  LinkFinding out{.kind = LinkFindingKind::AnswersRejected};
   for (std::size_t i = 0; i + 1 < read.telegrams.size(); ++i) {
     const ReadTelegram &t = read.telegrams[i], &next = read.telegrams[i + 1];
     if (!t.state.late_packets || !next.state.late_packets) continue;
@@ -78,10 +78,11 @@ Findings answer_findings(const ReadObservations& read) {
   Findings out;
   find_late(read, out);
   find_wrong_part(
-      read, LinkFault::WrongType, [](const ReadTelegram& t) { return between(t.exchange->answer, "Type=\"", "\""); },
+      read, LinkFindingKind::WrongType,
+      [](const ReadTelegram& t) { return between(t.exchange->answer, "Type=\"", "\""); },
       [&](const ReadTelegram&) { return read.layout.sensor_type; }, out);
   find_wrong_part(
-      read, LinkFault::IpocNotEchoed,
+      read, LinkFindingKind::IpocNotEchoed,
       [](const ReadTelegram& t) { return between(t.exchange->answer, "<IPOC>", "</IPOC>"); },
       [](const ReadTelegram& t) { return std::string(t.ipoc.text()); }, out);
   find_rejected(read, out);

@@ -15,7 +15,7 @@ void find_absence(const ReadObservations& read, Findings& to) {
   const double cycles = read.seen.duration / read.cycle;
   const std::uint64_t elsewhere = read.seen.datagrams_elsewhere.value_or(0);
   const bool to_another = static_cast<double>(elsewhere) > 0.5 * cycles && elsewhere > 0;
-  LinkFinding finding{.kind = to_another ? LinkFault::WrongPort : LinkFault::NoTelegrams};
+  LinkFinding finding{.kind = to_another ? LinkFindingKind::WrongPort : LinkFindingKind::NoTelegrams};
   if (to_another) finding.count = elsewhere;
   finding.measured_time = read.seen.duration;
   finding.found = std::to_string(read.seen.port);
@@ -24,18 +24,18 @@ void find_absence(const ReadObservations& read, Findings& to) {
 
 /// What the layout says of the socket. With telegrams it is a caution: they may pass a router.
 void find_other_socket(const ReadObservations& read, Findings& to) {
-  const FaultSeverity severity = read.telegrams.empty() ? FaultSeverity::Fault : FaultSeverity::Caution;
+  const FindingSeverity severity = read.telegrams.empty() ? FindingSeverity::Fault : FindingSeverity::Caution;
   if (read.seen.port != read.layout.port)
-    to.push_back({.kind = LinkFault::OtherPort,
-                  .severity = FaultSeverity::Caution,
+    to.push_back({.kind = LinkFindingKind::OtherPort,
+                  .severity = FindingSeverity::Caution,
                   .found = std::to_string(read.layout.port),
                   .expected = std::to_string(read.seen.port)});
   if (!read.seen.own_address)
-    to.push_back({.kind = LinkFault::OtherAddress, .severity = severity, .found = read.layout.address});
+    to.push_back({.kind = LinkFindingKind::OtherAddress, .severity = severity, .found = read.layout.address});
 }
 
 /// Datagrams of certain faults, with the first of them; nothing where there are none.
-std::optional<LinkFinding> counted(const ReadObservations& read, LinkFault kind, auto&& is_of) {
+std::optional<LinkFinding> counted(const ReadObservations& read, LinkFindingKind kind, auto&& is_of) {
   LinkFinding out{.kind = kind, .of = datagrams(read)};
   std::set<std::string> senders;
   for (std::size_t i = 0; i < read.faults.size(); ++i) {
@@ -54,17 +54,21 @@ std::optional<LinkFinding> counted(const ReadObservations& read, LinkFault kind,
 
 void find_foreign(const ReadObservations& read, Findings& to) {
   const auto telegram = [&](std::size_t i) { return std::ranges::count(read.of_telegrams, &read.seen.exchanges[i]); };
-  const auto foreign =
-      counted(read, LinkFault::ForeignDatagrams,
-              [&](std::size_t i) { return (read.faults[i] == TelegramFault::Foreign && !telegram(i)) || read.faults[i] == TelegramFault::Empty; });
+  const auto foreign = counted(read, LinkFindingKind::ForeignDatagrams, [&](std::size_t i) {
+    return (read.faults[i] == TelegramFault::Foreign && !telegram(i)) || read.faults[i] == TelegramFault::Empty;
+  });
   if (!foreign) return;
   to.push_back(*foreign);
-  if (!read.telegrams.empty()) to.back().severity = FaultSeverity::Caution;
+  if (!read.telegrams.empty()) to.back().severity = FindingSeverity::Caution;
 }
 
 void find_damaged(const ReadObservations& read, Findings& to) {
-  const auto is_damage = [](TelegramFault f) { return f != TelegramFault::None && f != TelegramFault::Incomplete && f != TelegramFault::Foreign && f != TelegramFault::Empty; };
-  auto damaged = counted(read, LinkFault::DamagedTelegrams, [&](std::size_t i) { return is_damage(read.faults[i]); });
+  const auto is_damage = [](TelegramFault f) {
+    return f != TelegramFault::None && f != TelegramFault::Incomplete && f != TelegramFault::Foreign &&
+           f != TelegramFault::Empty;
+  };
+  auto damaged =
+      counted(read, LinkFindingKind::DamagedTelegrams, [&](std::size_t i) { return is_damage(read.faults[i]); });
   if (!damaged) return;
   damaged->names.clear();
   for (const auto& [fault, name] : enum_names(TelegramFault{}))
@@ -75,7 +79,7 @@ void find_damaged(const ReadObservations& read, Findings& to) {
 
 void find_second_sender(const ReadObservations& read, Findings& to) {
   if (read.senders.size() == read.controllers) return;
-  LinkFinding out{.kind = LinkFault::SecondSender, .of = datagrams(read), .names = {read.senders.front()}};
+  LinkFinding out{.kind = LinkFindingKind::SecondSender, .of = datagrams(read), .names = {read.senders.front()}};
   out.names.insert(out.names.end(), read.senders.begin() + static_cast<std::ptrdiff_t>(read.controllers),
                    read.senders.end());
   for (std::size_t i = 0; i < read.faults.size(); ++i) {

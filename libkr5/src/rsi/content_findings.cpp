@@ -54,8 +54,7 @@ std::vector<std::string> difference(const std::vector<std::string>& of, const st
   for (const std::string& name : of) {
     if (holds(other, name)) continue;
     const std::string element = element_of(name);
-    const bool partly =
-        std::ranges::any_of(other, [&](const std::string& n) { return element_of(n) == element; });
+    const bool partly = std::ranges::any_of(other, [&](const std::string& n) { return element_of(n) == element; });
     if (!holds(out, partly ? name : element)) out.push_back(partly ? name : element);
   }
   return out;
@@ -73,13 +72,14 @@ std::string common_order(const std::vector<std::string>& of, const std::vector<s
   return out;
 }
 
-void note_names(LinkFault kind, const Exchange& e, std::size_t of, const std::vector<std::string>& names, Findings& to) {
+void note_names(LinkFindingKind kind, const Exchange& e, std::size_t of, const std::vector<std::string>& names,
+                Findings& to) {
   if (names.empty()) return;
   auto at = std::ranges::find(to, kind, &LinkFinding::kind);
   if (at == to.end()) {
-    const bool fault = kind == LinkFault::MissingElements || kind == LinkFault::WrongType;
+    const bool fault = kind == LinkFindingKind::MissingElements || kind == LinkFindingKind::WrongType;
     to.push_back({.kind = kind,
-                  .severity = fault ? FaultSeverity::Fault : FaultSeverity::Caution,
+                  .severity = fault ? FindingSeverity::Fault : FindingSeverity::Caution,
                   .of = of,
                   .first = e.time});
     at = to.end() - 1;
@@ -89,22 +89,23 @@ void note_names(LinkFault kind, const Exchange& e, std::size_t of, const std::ve
     if (!holds(at->names, name)) at->names.push_back(name);
 }
 
-void compare_telegram(const Exchange& e, const ReadObservations& read, const std::vector<std::string>& expected, Findings& to) {
+void compare_telegram(const Exchange& e, const ReadObservations& read, const std::vector<std::string>& expected,
+                      Findings& to) {
   const Outline found = outline_of(e.telegram);
   const std::size_t of = read.of_telegrams.size();
   if (found.root != "Rob" || found.type != "KUKA") {
-    note_names(LinkFault::WrongType, e, of, {"telegrams"}, to);
-    LinkFinding& finding = *std::ranges::find(to, LinkFault::WrongType, &LinkFinding::kind);
+    note_names(LinkFindingKind::WrongType, e, of, {"telegrams"}, to);
+    LinkFinding& finding = *std::ranges::find(to, LinkFindingKind::WrongType, &LinkFinding::kind);
     finding.found = found.root + " Type=" + found.type;
     finding.expected = "Rob Type=KUKA";
     return;
   }
-  note_names(LinkFault::MissingElements, e, of, difference(expected, found.names), to);
-  note_names(LinkFault::UnknownElements, e, of, difference(found.names, expected), to);
+  note_names(LinkFindingKind::MissingElements, e, of, difference(expected, found.names), to);
+  note_names(LinkFindingKind::UnknownElements, e, of, difference(found.names, expected), to);
   const std::string order = common_order(found.names, expected), usual = common_order(expected, found.names);
   if (order == usual) return;
-  note_names(LinkFault::OtherOrder, e, of, {"telegrams"}, to);
-  LinkFinding& finding = *std::ranges::find(to, LinkFault::OtherOrder, &LinkFinding::kind);
+  note_names(LinkFindingKind::OtherOrder, e, of, {"telegrams"}, to);
+  LinkFinding& finding = *std::ranges::find(to, LinkFindingKind::OtherOrder, &LinkFinding::kind);
   finding.found = order;
   finding.expected = usual;
 }

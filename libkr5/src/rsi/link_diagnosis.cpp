@@ -59,7 +59,7 @@ LinkDiagnosis examine_link(const LinkObservations& observations, const TelegramL
         pose_findings(read, out.pose_compared), motion_findings(read, out.motion_compared)})
     out.findings.insert(out.findings.end(), part.begin(), part.end());
   std::ranges::stable_sort(out.findings, {}, &LinkFinding::severity);
-  const bool faulty = !out.findings.empty() && out.findings.front().severity == FaultSeverity::Fault;
+  const bool faulty = !out.findings.empty() && out.findings.front().severity == FindingSeverity::Fault;
   const bool enough = read.telegrams.size() >= static_cast<std::size_t>(options.min_telegrams);
   out.verdict = faulty ? LinkVerdict::Faulty : enough ? LinkVerdict::Sound : LinkVerdict::Undecided;
   return out;

@@ -24,7 +24,9 @@ double since(std::int64_t now, std::int64_t then) { return 1e-9 * static_cast<do
 
 struct LinkRecorder::Record {
   Record(const TelegramLayout& of, const LinkOptions& options, const std::optional<TestMotionOptions>& wanted)
-      : layout(of), answering(options.answer), motion(test_motion(of, options, wanted)),
+      : layout(of),
+        answering(options.answer),
+        motion(test_motion(of, options, wanted)),
         link(of, {}, options, step_function(), [this](const ExchangeView& e) noexcept {
           const std::int64_t wall = wall_now() - (steady_now() - e.arrival);
           if (!ring.put(e, wall)) dropped.fetch_add(1, std::memory_order_relaxed);

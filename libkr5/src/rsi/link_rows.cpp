@@ -7,9 +7,9 @@
 namespace kr5::rsi {
 namespace {
 
-constexpr double series_pause = 0.5;      // after which another sender is heard [s]
-constexpr double series_jump = 1.0;       // of IPOC against the arrivals, after which a series begins anew [s]
-constexpr double least_step = 1e-4;       // from the last row of a series to the first of the next [s]
+constexpr double series_pause = 0.5;  // after which another sender is heard [s]
+constexpr double series_jump = 1.0;   // of IPOC against the arrivals, after which a series begins anew [s]
+constexpr double least_step = 1e-4;   // from the last row of a series to the first of the next [s]
 
 void add_numbered(const std::string& letters, const robot::JointVector& values, std::vector<std::string>& to) {
   for (Eigen::Index i = 1; i <= values.size(); ++i) to.push_back(letters + std::to_string(i));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
-#include <cmath>
 #include <array>
+#include <cmath>
 
 #include "rsi/link_examination.hpp"
 #include "rsi/tool_correction.hpp"
@@ -112,7 +112,8 @@ ComponentGains gains_of(const CorrectionSeries& series, const TestSpan& span, in
   ComponentGains out{.gain = sum / correction};
   for (int k = 0; k < 6; ++k) {
     const double noise = std::max(std::sqrt(square[k]), wire_step(series, k, decimals));
-    out.moved[static_cast<std::size_t>(k)] = std::abs(sum[k]) > certain * noise * (std::sqrt(rows) + rows / std::sqrt(rest));
+    out.moved[static_cast<std::size_t>(k)] =
+        std::abs(sum[k]) > certain * noise * (std::sqrt(rows) + rows / std::sqrt(rest));
   }
   return out;
 }
@@ -131,7 +132,7 @@ std::optional<LinkFinding> judged(const CorrectionSeries& series, const TestSpan
                                   double tolerance) {
   const int tested = span.component;
   const double own = gains.gain[tested];
-  LinkFinding out{.kind = LinkFault::CorrectionIgnored, .count = 1, .first = series.time[span.begin]};
+  LinkFinding out{.kind = LinkFindingKind::CorrectionIgnored, .count = 1, .first = series.time[span.begin]};
   out.names = {component_name(series, tested)};
   if (std::ranges::none_of(gains.moved, [](bool moved) { return moved; })) return out;
   Eigen::Index most = 0;
@@ -141,16 +142,16 @@ std::optional<LinkFinding> judged(const CorrectionSeries& series, const TestSpan
   out.gain = own;
   const double unit = series.joints || tested >= 3 ? 1.0 / degree : 1.0 / millimetre;
   if (most != tested && size[tested] < 0.5 * size[most]) {
-    out.kind = LinkFault::CorrectionAxis;
+    out.kind = LinkFindingKind::CorrectionAxis;
     out.gain = gains.gain[most];
     out.names.push_back(component_name(series, static_cast<int>(most)));
   } else if (is_near(own, 1.0, tolerance)) {
     return std::nullopt;
   } else if (is_near(own, -1.0, tolerance)) {
-    out.kind = LinkFault::CorrectionSign;
+    out.kind = LinkFindingKind::CorrectionSign;
   } else {
     const bool other_unit = is_near(own, unit, tolerance) || is_near(own, 1.0 / unit, tolerance);
-    out.kind = other_unit ? LinkFault::CorrectionUnit : LinkFault::CorrectionScale;
+    out.kind = other_unit ? LinkFindingKind::CorrectionUnit : LinkFindingKind::CorrectionScale;
   }
   return out;
 }
@@ -158,7 +159,8 @@ std::optional<LinkFinding> judged(const CorrectionSeries& series, const TestSpan
 /// Components with the same fault are one finding, unless each has another component to name.
 void add_judged(const LinkFinding& finding, Findings& to) {
   const auto same = std::ranges::find(to, finding.kind, &LinkFinding::kind);
-  if (same == to.end() || finding.kind == LinkFault::CorrectionAxis || finding.kind == LinkFault::CorrectionScale)
+  if (same == to.end() || finding.kind == LinkFindingKind::CorrectionAxis ||
+      finding.kind == LinkFindingKind::CorrectionScale)
     return to.push_back(finding);
   same->names.push_back(finding.names.front());
   ++same->count;

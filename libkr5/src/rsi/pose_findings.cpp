@@ -21,14 +21,15 @@ Findings pose_findings(const ReadObservations& read, bool& compared) {
   const robot::SensorModel& model = *read.options.model;
   std::vector<double> degrees, radians;
   for (const ReadTelegram& t : read.telegrams) {
-    if (!t.complete || !t.state.tool || static_cast<std::size_t>(t.state.joints.size()) < model.arm.joints.size()) continue;
+    if (!t.complete || !t.state.tool || static_cast<std::size_t>(t.state.joints.size()) < model.arm.joints.size())
+      continue;
     degrees.push_back(pose_distance(t.state, model, 1.0));
     radians.push_back(pose_distance(t.state, model, 1.0 / degree));
   }
   compared = !degrees.empty();
   const double distance = median(degrees), other = median(radians), tolerance = read.options.position_tolerance;
   if (!compared || distance <= tolerance) return {};
-  return {{.kind = other <= tolerance ? LinkFault::RadianAxes : LinkFault::PoseMismatch,
+  return {{.kind = other <= tolerance ? LinkFindingKind::RadianAxes : LinkFindingKind::PoseMismatch,
            .count = degrees.size(),
            .of = degrees.size(),
            .distance = distance,

@@ -40,8 +40,8 @@ void assign_senders(std::vector<SenderTimes> all, ReadObservations& read) {
   std::vector<SenderTimes> controller;
   std::vector<std::string> others;
   for (const SenderTimes& s : all) {
-    const bool alone = std::ranges::all_of(
-        controller, [&](const SenderTimes& c) { return s.first > c.last || s.last < c.first; });
+    const bool alone =
+        std::ranges::all_of(controller, [&](const SenderTimes& c) { return s.first > c.last || s.last < c.first; });
     if (alone)
       controller.push_back(s);
     else
@@ -71,8 +71,8 @@ double quantile(std::vector<double> values, double share) {
   return values[std::max<std::size_t>(rank, 1) - 1];
 }
 
-FaultSeverity severity_by_share(std::uint64_t count, std::uint64_t of) {
-  return 100 * count > of ? FaultSeverity::Fault : FaultSeverity::Caution;
+FindingSeverity severity_by_share(std::uint64_t count, std::uint64_t of) {
+  return 100 * count > of ? FindingSeverity::Fault : FindingSeverity::Caution;
 }
 
 std::string shown_bytes(const std::string& bytes) {

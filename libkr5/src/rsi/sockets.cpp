@@ -149,7 +149,8 @@ std::int64_t wall_now() noexcept { return clock_now(CLOCK_REALTIME); }
 
 std::string endpoint_text(const Endpoint& at) {
   std::string out;
-  for (int shift = 24; shift >= 0; shift -= 8) out += std::to_string(at.address >> shift & 255U) + (shift > 0 ? "." : ":");
+  for (int shift = 24; shift >= 0; shift -= 8)
+    out += std::to_string(at.address >> shift & 255U) + (shift > 0 ? "." : ":");
   return out + std::to_string(at.port);
 }
 

@@ -37,7 +37,8 @@ TestMotion::TestMotion(const TelegramLayout& layout, robot::CommandFrame frame, 
 double TestMotion::demand(double time, int& component) const noexcept {
   const double each = options_.rest + options_.duration;
   component = static_cast<int>(time / each);
-  const double within = time - component * each - 0.5 * options_.rest;  // rest on both sides, so that it ends where it began
+  const double within =
+      time - component * each - 0.5 * options_.rest;  // rest on both sides, so that it ends where it began
   if (component >= 6 || within <= 0 || within >= options_.duration) return 0.0;
   const double s = std::sin(std::numbers::pi * within / options_.duration);
   return size_of(component) * s * s;

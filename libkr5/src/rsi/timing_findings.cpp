@@ -9,8 +9,8 @@
 namespace kr5::rsi {
 namespace {
 
-constexpr double longest_step = 1.0;      // of IPOC, in a series of telegrams [s]
-constexpr double rate_tolerance = 0.2;    // of the cycle [-]
+constexpr double longest_step = 1.0;       // of IPOC, in a series of telegrams [s]
+constexpr double rate_tolerance = 0.2;     // of the cycle [-]
 constexpr std::size_t overtaken_most = 2;  // telegrams in succession that one may overtake
 
 /// From the newest telegram so far to another one.
@@ -37,8 +37,8 @@ std::vector<TelegramStep> steps_of(const ReadObservations& read) {
   for (std::size_t newest = 0, i = 1; i < all.size(); ++i) {
     const double time = all[i].exchange->time;
     TelegramStep step{time, time - all[newest].exchange->time, ipoc_step(all[newest].ipoc, all[i].ipoc)};
-    step.back = step.ipoc < 0 && (static_cast<double>(step.ipoc) < -1000 * longest_step || step.arrival > read.options.silence ||
-                                  stays_behind(all, newest, i));
+    step.back = step.ipoc < 0 && (static_cast<double>(step.ipoc) < -1000 * longest_step ||
+                                  step.arrival > read.options.silence || stays_behind(all, newest, i));
     if (step.ipoc > 0 || step.back) newest = i;
     out.push_back(step);
   }
@@ -69,7 +69,7 @@ double jump_of(const TelegramStep& s, double scale) { return static_cast<double>
 /// A finding of one kind, counted with its longest time.
 class TimedFinding {
  public:
-  TimedFinding(LinkFault kind, std::uint64_t of) : finding_{.kind = kind, .of = of} {}
+  TimedFinding(LinkFindingKind kind, std::uint64_t of) : finding_{.kind = kind, .of = of} {}
   void add(double when, double time, std::uint64_t count = 1) {
     if (finding_.count == 0) finding_.first = when;
     finding_.count += count;
@@ -86,7 +86,7 @@ class TimedFinding {
 void find_rate(const ReadObservations& read, const CycleEstimate& cycle, Findings& to) {
   const double measured = cycle.ipoc * cycle.scale;
   if (measured == 0.0 || std::abs(measured - read.cycle) <= rate_tolerance * read.cycle) return;
-  to.push_back({.kind = LinkFault::WrongRate, .measured_time = measured, .expected_time = read.cycle});
+  to.push_back({.kind = LinkFindingKind::WrongRate, .measured_time = measured, .expected_time = read.cycle});
 }
 
 /// Telegrams that are lost, come twice or late; where IPOC and arrivals agree.
@@ -106,14 +106,14 @@ void find_sequence(const ReadObservations& read, const std::vector<TelegramStep>
     overtaken += s.ipoc < 0 && !s.back;
   }
   const std::uint64_t of = read.telegrams.size();
-  const auto put = [&](LinkFault kind, std::int64_t count, const std::optional<double>& first) {
+  const auto put = [&](LinkFindingKind kind, std::int64_t count, const std::optional<double>& first) {
     if (count <= 0) return;
     const auto found = static_cast<std::uint64_t>(count);
     to.push_back({.kind = kind, .severity = severity_by_share(found, of), .count = found, .of = of, .first = first});
   };
-  put(LinkFault::LostTelegrams, missing - overtaken, first_missing);
-  put(LinkFault::RepeatedTelegrams, repeated, first_repeated);
-  put(LinkFault::ReorderedTelegrams, overtaken, first_overtaken);
+  put(LinkFindingKind::LostTelegrams, missing - overtaken, first_missing);
+  put(LinkFindingKind::RepeatedTelegrams, repeated, first_repeated);
+  put(LinkFindingKind::ReorderedTelegrams, overtaken, first_overtaken);
 }
 
 void find_jitter(const ReadObservations& read, const std::vector<TelegramStep>& steps, const CycleEstimate& cycle,
@@ -124,8 +124,8 @@ void find_jitter(const ReadObservations& read, const std::vector<TelegramStep>& 
       deviations.push_back(std::abs(jump_of(s, cycle.scale)));
   const double limit = read.options.jitter * read.cycle, jitter = quantile(deviations, 0.99);
   if (static_cast<int>(deviations.size()) < read.options.min_telegrams || jitter <= limit) return;
-  to.push_back({.kind = LinkFault::Jitter,
-                .severity = jitter > read.cycle ? FaultSeverity::Fault : FaultSeverity::Caution,
+  to.push_back({.kind = LinkFindingKind::Jitter,
+                .severity = jitter > read.cycle ? FindingSeverity::Fault : FindingSeverity::Caution,
                 .of = deviations.size(),
                 .measured_time = jitter,
                 .expected_time = limit});
@@ -135,8 +135,8 @@ void find_jitter(const ReadObservations& read, const std::vector<TelegramStep>& 
 void find_breaks(const ReadObservations& read, const std::vector<TelegramStep>& steps, const CycleEstimate& cycle,
                  Findings& to) {
   const std::uint64_t of = read.telegrams.size();
-  TimedFinding pauses(LinkFault::Interrupted, of), restarts(LinkFault::ControllerRestarted, of),
-      jumps(LinkFault::ControllerClockJump, of);
+  TimedFinding pauses(LinkFindingKind::Interrupted, of), restarts(LinkFindingKind::ControllerRestarted, of),
+      jumps(LinkFindingKind::ControllerClockJump, of);
   for (const TelegramStep& s : steps) {
     const bool pause = s.arrival > read.options.silence;
     const double jump = jump_of(s, cycle.scale);
@@ -155,22 +155,22 @@ void find_end(const ReadObservations& read, Findings& to) {
   if (read.telegrams.empty()) return;
   const double last = read.telegrams.back().exchange->time;
   if (read.seen.duration - last <= read.options.silence) return;
-  to.push_back({.kind = LinkFault::StoppedSending,
-                .severity = read.seen.answering ? FaultSeverity::Fault : FaultSeverity::Caution,
+  to.push_back({.kind = LinkFindingKind::StoppedSending,
+                .severity = read.seen.answering ? FindingSeverity::Fault : FindingSeverity::Caution,
                 .first = last,
                 .measured_time = read.seen.duration - last});
 }
 
 void find_set_clock(const ReadObservations& read, Findings& to) {
   const std::vector<Exchange>& all = read.seen.exchanges;
-  TimedFinding jumps(LinkFault::ComputerClockJump, all.size());
+  TimedFinding jumps(LinkFindingKind::ComputerClockJump, all.size());
   for (std::size_t i = 1; i < all.size(); ++i) {
     const double jump = std::abs(all[i].wall_time - all[i - 1].wall_time - (all[i].time - all[i - 1].time));
     if (jump > read.options.clock_jump) jumps.add(all[i].time, jump);
   }
   const std::size_t before = to.size();
   jumps.put(to);
-  if (to.size() > before) to.back().severity = FaultSeverity::Caution;  // the link goes by one that does not jump
+  if (to.size() > before) to.back().severity = FindingSeverity::Caution;  // the link goes by one that does not jump
 }
 
 }  // namespace

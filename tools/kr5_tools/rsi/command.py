@@ -2,7 +2,11 @@
 
 import typer
 
+from kr5_tools.rsi import doctor, monitor
+
 app = typer.Typer(no_args_is_help=True)
+monitor.add_to(app)
+doctor.add_to(app)
 
 
 @app.callback()

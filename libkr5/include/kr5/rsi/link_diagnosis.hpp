@@ -8,7 +8,7 @@
 
 #include <kr5/robot/sensing.hpp>
 #include <kr5/rsi/duration_histogram.hpp>
-#include <kr5/rsi/link_fault.hpp>
+#include <kr5/rsi/link_finding_kind.hpp>
 #include <kr5/rsi/link_observations.hpp>
 #include <kr5/rsi/link_options.hpp>
 
@@ -52,10 +52,10 @@ struct DiagnosisOptions {
   }
 };
 
-/// One thing that is wrong. Which numbers are set depends on the kind (`LinkFault`).
+/// One thing that is wrong. Which numbers are set depends on the kind (`LinkFindingKind`).
 struct LinkFinding {
-  LinkFault kind = LinkFault::NoTelegrams;
-  FaultSeverity severity = FaultSeverity::Fault;
+  LinkFindingKind kind = LinkFindingKind::NoTelegrams;
+  FindingSeverity severity = FindingSeverity::Fault;
   std::uint64_t count = 0;
   std::uint64_t of = 0;
   std::optional<double> first = {};

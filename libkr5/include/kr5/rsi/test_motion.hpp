@@ -4,6 +4,7 @@
 #include <atomic>
 #include <optional>
 
+#include <kr5/robot/command.hpp>
 #include <kr5/robot/reading.hpp>
 #include <kr5/rsi/telegram_layout.hpp>
 

@@ -6,7 +6,7 @@
 namespace kr5::rsi {
 
 /// What can be wrong with a link, and which numbers of its finding say so.
-enum class LinkFault {
+enum class LinkFindingKind {
   NoTelegrams,          ///< Nothing came; measured_time: of listening.
   WrongPort,            ///< Nothing came, but `count` datagrams for ports on which nobody listens.
   OtherPort,            ///< The layout has another port than the one that was listened on: found, expected.
@@ -39,45 +39,45 @@ enum class LinkFault {
   CorrectionUnit,       ///< names: what moved as by another unit, which is `found`; gain.
   CorrectionScale,      ///< names: what moved otherwise than corrected; gain.
 };
-constexpr auto enum_names(LinkFault) {
-  using enum LinkFault;
-  return names<LinkFault>({{NoTelegrams, "no_telegrams"},
-                           {WrongPort, "wrong_port"},
-                           {OtherPort, "other_port"},
-                           {OtherAddress, "other_address"},
-                           {ForeignDatagrams, "foreign_datagrams"},
-                           {WrongType, "wrong_type"},
-                           {MissingElements, "missing_elements"},
-                           {UnknownElements, "unknown_elements"},
-                           {OtherOrder, "other_order"},
-                           {DamagedTelegrams, "damaged_telegrams"},
-                           {WrongRate, "wrong_rate"},
-                           {LostTelegrams, "lost_telegrams"},
-                           {RepeatedTelegrams, "repeated_telegrams"},
-                           {ReorderedTelegrams, "reordered_telegrams"},
-                           {Jitter, "jitter"},
-                           {Interrupted, "interrupted"},
-                           {StoppedSending, "stopped_sending"},
-                           {ControllerRestarted, "controller_restarted"},
-                           {ControllerClockJump, "controller_clock_jump"},
-                           {ComputerClockJump, "computer_clock_jump"},
-                           {SecondSender, "second_sender"},
-                           {LateAnswers, "late_answers"},
-                           {IpocNotEchoed, "ipoc_not_echoed"},
-                           {AnswersRejected, "answers_rejected"},
-                           {RadianAxes, "radian_axes"},
-                           {PoseMismatch, "pose_mismatch"},
-                           {CorrectionIgnored, "correction_ignored"},
-                           {CorrectionSign, "correction_sign"},
-                           {CorrectionAxis, "correction_axis"},
-                           {CorrectionUnit, "correction_unit"},
-                           {CorrectionScale, "correction_scale"}});
+constexpr auto enum_names(LinkFindingKind) {
+  using enum LinkFindingKind;
+  return names<LinkFindingKind>({{NoTelegrams, "no_telegrams"},
+                                 {WrongPort, "wrong_port"},
+                                 {OtherPort, "other_port"},
+                                 {OtherAddress, "other_address"},
+                                 {ForeignDatagrams, "foreign_datagrams"},
+                                 {WrongType, "wrong_type"},
+                                 {MissingElements, "missing_elements"},
+                                 {UnknownElements, "unknown_elements"},
+                                 {OtherOrder, "other_order"},
+                                 {DamagedTelegrams, "damaged_telegrams"},
+                                 {WrongRate, "wrong_rate"},
+                                 {LostTelegrams, "lost_telegrams"},
+                                 {RepeatedTelegrams, "repeated_telegrams"},
+                                 {ReorderedTelegrams, "reordered_telegrams"},
+                                 {Jitter, "jitter"},
+                                 {Interrupted, "interrupted"},
+                                 {StoppedSending, "stopped_sending"},
+                                 {ControllerRestarted, "controller_restarted"},
+                                 {ControllerClockJump, "controller_clock_jump"},
+                                 {ComputerClockJump, "computer_clock_jump"},
+                                 {SecondSender, "second_sender"},
+                                 {LateAnswers, "late_answers"},
+                                 {IpocNotEchoed, "ipoc_not_echoed"},
+                                 {AnswersRejected, "answers_rejected"},
+                                 {RadianAxes, "radian_axes"},
+                                 {PoseMismatch, "pose_mismatch"},
+                                 {CorrectionIgnored, "correction_ignored"},
+                                 {CorrectionSign, "correction_sign"},
+                                 {CorrectionAxis, "correction_axis"},
+                                 {CorrectionUnit, "correction_unit"},
+                                 {CorrectionScale, "correction_scale"}});
 }
 
 /// Whether a link can work with what is wrong.
-enum class FaultSeverity { Fault, Caution };
-constexpr auto enum_names(FaultSeverity) {
-  return names<FaultSeverity>({{FaultSeverity::Fault, "fault"}, {FaultSeverity::Caution, "caution"}});
+enum class FindingSeverity { Fault, Caution };
+constexpr auto enum_names(FindingSeverity) {
+  return names<FindingSeverity>({{FindingSeverity::Fault, "fault"}, {FindingSeverity::Caution, "caution"}});
 }
 
 }  // namespace kr5::rsi
