@@ -81,8 +81,10 @@ const std::vector<Injection>& injections() {
       {"lost_telegrams",
        [](Random& random, MadeLink& link) {
          const auto lost = some_of(random, link, 5 + random.integer(30));
-         for (auto at = lost.rbegin(); at != lost.rend(); ++at)
+         for (auto at = lost.rbegin(); at != lost.rend(); ++at) {
+           for (std::size_t i = *at; i < link.cycles.size(); ++i) ++link.cycles[i].delay;
            link.cycles.erase(link.cycles.begin() + static_cast<std::ptrdiff_t>(*at));
+         }
        }},
       {"repeated_telegrams",
        [](Random& random, MadeLink& link) {
@@ -184,13 +186,17 @@ const std::vector<Injection>& injections() {
       {"damaged_telegrams",
        [](Random& random, MadeLink& link) {
          const int how = random.integer(3);
-         for (const std::size_t at : some_of(random, link, 20)) {
-           std::string text = MadeLink::rob(link.cycles[at]);
+         const auto damaged = some_of(random, link, 20);
+         link.change = [how, damaged](std::string text, std::size_t at) {
+           if (!std::ranges::binary_search(damaged, at)) return text;
            if (how == 0) text.resize(text.size() / 2);
            if (how == 1) replace(text, "X=\"", "X=\"nan");
            if (how == 2) replace(text, "<IPOC>", "<IPOC>-");
-           link.between.push_back(
-               {.time = link.cycles[at].time + 1e-3, .sender = link.cycles[at].sender, .telegram = text});
+           return text;
+         };
+         for (const std::size_t at : damaged) {
+           link.cycles[at].answered = false;
+           for (std::size_t i = at + 1; i < link.cycles.size(); ++i) ++link.cycles[i].delay;
          }
        }},
       {"foreign_datagrams",

@@ -65,7 +65,7 @@ void find_rejected(const ReadObservations& read, Findings& to) {
     counted += std::max(more, 0.0);  // it begins at 0 with each program
     is_late(t, read.deadline) ? ++late : ++in_time;
   }
-  const double rejected = counted - static_cast<double>(late);
+  const double rejected = counted - static_cast<double>(late) - static_cast<double>(missing_telegrams(read));
   if (rejected < 1 + 0.01 * static_cast<double>(in_time) || in_time == 0) return;
   out.count = static_cast<std::uint64_t>(std::llround(rejected));
   out.of = in_time;

@@ -49,6 +49,8 @@ std::string shown_bytes(const std::string& bytes);
 
 /// Cycle of the controller by what was observed; none of too few telegrams [s].
 std::optional<double> measured_cycle(const ReadObservations& read);
+/// Telegrams of the controller that were lost, damaged or overtaken, by the gaps of IPOC.
+std::int64_t missing_telegrams(const ReadObservations& read);
 
 using Findings = std::vector<LinkFinding>;
 Findings arrival_findings(const ReadObservations& read);

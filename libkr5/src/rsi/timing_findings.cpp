@@ -2,14 +2,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include <kr5/core/statistics.hpp>
-
 #include "rsi/link_examination.hpp"
 
 namespace kr5::rsi {
 namespace {
 
-constexpr double longest_step = 1.0;       // of IPOC, in a series of telegrams [s]
+constexpr double oldest_overtaken = 1.0;   // telegram, by IPOC [s]
+constexpr double usual_scale = 1e-3;       // of IPOC [s/ms]
 constexpr double rate_tolerance = 0.2;     // of the cycle [-]
 constexpr std::size_t overtaken_most = 2;  // telegrams in succession that one may overtake
 
@@ -37,13 +36,16 @@ std::vector<TelegramStep> steps_of(const ReadObservations& read) {
   for (std::size_t newest = 0, i = 1; i < all.size(); ++i) {
     const double time = all[i].exchange->time;
     TelegramStep step{time, time - all[newest].exchange->time, ipoc_step(all[newest].ipoc, all[i].ipoc)};
-    step.back = step.ipoc < 0 && (static_cast<double>(step.ipoc) < -1000 * longest_step ||
+    step.back = step.ipoc < 0 && (static_cast<double>(step.ipoc) < -1000 * oldest_overtaken ||
                                   step.arrival > read.options.silence || stays_behind(all, newest, i));
     if (step.ipoc > 0 || step.back) newest = i;
     out.push_back(step);
   }
   return out;
 }
+
+/// IPOC against the arrivals [s]. @param scale [s/ms].
+double jump_of(const TelegramStep& s, double scale) { return static_cast<double>(s.ipoc) * scale - s.arrival; }
 
 /// Of telegrams that follow each other without interruption or jump.
 struct CycleEstimate {
@@ -53,18 +55,18 @@ struct CycleEstimate {
 
 CycleEstimate estimate_cycle(const ReadObservations& read, const std::vector<TelegramStep>& steps) {
   constexpr double cycle_share = 0.25;  // of the steps; three of four may be longer, by losses
-  std::vector<double> ipoc, ratios;
+  std::vector<double> ipoc;
+  double arrivals = 0.0, sum = 0.0;  // which no telegrams change that come late and then all at once
   for (const TelegramStep& s : steps) {
-    if (!s.is_newer() || s.arrival > read.options.silence || static_cast<double>(s.ipoc) > 1000 * longest_step)
+    if (!s.is_newer() || s.arrival > read.options.silence || jump_of(s, usual_scale) > read.options.clock_jump)
       continue;
     ipoc.push_back(static_cast<double>(s.ipoc));
-    ratios.push_back(s.arrival / ipoc.back());
+    arrivals += s.arrival;
+    sum += ipoc.back();
   }
   if (ipoc.size() < 3) return {};
-  return {quantile(std::move(ipoc), cycle_share), median(std::move(ratios))};
+  return {quantile(std::move(ipoc), cycle_share), arrivals / sum};
 }
-
-double jump_of(const TelegramStep& s, double scale) { return static_cast<double>(s.ipoc) * scale - s.arrival; }
 
 /// A finding of one kind, counted with its longest time.
 class TimedFinding {
@@ -89,19 +91,34 @@ void find_rate(const ReadObservations& read, const CycleEstimate& cycle, Finding
   to.push_back({.kind = LinkFindingKind::WrongRate, .measured_time = measured, .expected_time = read.cycle});
 }
 
-/// Telegrams that are lost, come twice or late; where IPOC and arrivals agree.
+/// Telegrams that are missing in front of one, where IPOC and arrivals agree.
+std::int64_t gap_before(const ReadObservations& read, const TelegramStep& s, const CycleEstimate& cycle) {
+  const bool ordinary = s.is_newer() && s.arrival <= read.options.silence &&
+                        jump_of(s, cycle.scale) <= read.options.clock_jump && cycle.ipoc > 0;
+  return ordinary ? std::max<std::int64_t>(std::llround(static_cast<double>(s.ipoc) / cycle.ipoc) - 1, 0) : 0;
+}
+
+/// Of the controller, so that they are missing among its telegrams.
+std::int64_t unreadable(const ReadObservations& read) {
+  const auto end = read.senders.begin() + static_cast<std::ptrdiff_t>(read.controllers);
+  std::int64_t out = 0;
+  for (std::size_t i = 0; i < read.faults.size(); ++i)
+    out += read.faults[i] != TelegramFault::None && read.faults[i] != TelegramFault::Incomplete &&
+           std::find(read.senders.begin(), end, read.seen.exchanges[i].sender) != end;
+  return out;
+}
+
+/// Telegrams that are lost, come twice or late.
 void find_sequence(const ReadObservations& read, const std::vector<TelegramStep>& steps, const CycleEstimate& cycle,
                    Findings& to) {
   std::int64_t missing = 0, repeated = 0, overtaken = 0;
   std::optional<double> first_missing, first_repeated, first_overtaken;
   for (const TelegramStep& s : steps) {
-    const bool ordinary = s.is_newer() && s.arrival <= read.options.silence &&
-                          jump_of(s, cycle.scale) <= read.options.clock_jump && cycle.ipoc > 0;
-    const std::int64_t gap = ordinary ? std::llround(static_cast<double>(s.ipoc) / cycle.ipoc) - 1 : 0;
+    const std::int64_t gap = gap_before(read, s, cycle);
     if (gap > 0) first_missing = first_missing.value_or(s.time);
     if (s.ipoc == 0) first_repeated = first_repeated.value_or(s.time);
     if (s.ipoc < 0 && !s.back) first_overtaken = first_overtaken.value_or(s.time);
-    missing += std::max<std::int64_t>(gap, 0);
+    missing += gap;
     repeated += s.ipoc == 0;
     overtaken += s.ipoc < 0 && !s.back;
   }
@@ -111,7 +128,7 @@ void find_sequence(const ReadObservations& read, const std::vector<TelegramStep>
     const auto found = static_cast<std::uint64_t>(count);
     to.push_back({.kind = kind, .severity = severity_by_share(found, of), .count = found, .of = of, .first = first});
   };
-  put(LinkFindingKind::LostTelegrams, missing - overtaken, first_missing);
+  put(LinkFindingKind::LostTelegrams, missing - overtaken - unreadable(read), first_missing);
   put(LinkFindingKind::RepeatedTelegrams, repeated, first_repeated);
   put(LinkFindingKind::ReorderedTelegrams, overtaken, first_overtaken);
 }
@@ -178,6 +195,14 @@ void find_set_clock(const ReadObservations& read, Findings& to) {
 std::optional<double> measured_cycle(const ReadObservations& read) {
   const CycleEstimate cycle = estimate_cycle(read, steps_of(read));
   return cycle.ipoc > 0 ? std::optional(cycle.ipoc * cycle.scale) : std::nullopt;
+}
+
+std::int64_t missing_telegrams(const ReadObservations& read) {
+  const std::vector<TelegramStep> steps = steps_of(read);
+  const CycleEstimate cycle = estimate_cycle(read, steps);
+  std::int64_t out = 0;
+  for (const TelegramStep& s : steps) out += gap_before(read, s, cycle);
+  return out;
 }
 
 Findings timing_findings(const ReadObservations& read) {

@@ -10,9 +10,6 @@ from kr5.files import writing
 from rich.markup import escape
 
 from kr5_tools.cli import arguments, tables, terminal
-from kr5_tools.cli.options import options_from
-from kr5_tools.cli.terminal import Console
-from kr5_tools.rsi.findings import finding_words, verdict_sentence
 from kr5_tools.cli.link_options import (
     LayoutArgument,
     ListenOption,
@@ -21,6 +18,9 @@ from kr5_tools.cli.link_options import (
     link_options,
     listening_layout,
 )
+from kr5_tools.cli.options import options_from
+from kr5_tools.cli.terminal import Console
+from kr5_tools.rsi.findings import finding_words, verdict_sentence
 from kr5_tools.rsi.timing_table import TIMING_COLUMNS, timing_rows
 
 PERIOD = 0.1  # [s] between two looks at what came
@@ -119,9 +119,7 @@ def print_diagnosis(
         to.print(tables.make_table("\nTimes", TIMING_COLUMNS, rows))
 
 
-def as_dict(
-    diagnosis: rsi.LinkDiagnosis, seen: rsi.LinkObservations, layout: rsi.TelegramLayout
-) -> dict[str, Any]:
+def as_dict(diagnosis: rsi.LinkDiagnosis, seen: rsi.LinkObservations, layout: rsi.TelegramLayout) -> dict[str, Any]:
     """What the JSON holds: fields of the library, and the words made of them."""
     out = {**seen.to_dict(), **diagnosis.to_dict()}
     for entry, finding in zip(out["findings"], diagnosis.findings):

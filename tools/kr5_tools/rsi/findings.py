@@ -95,7 +95,7 @@ def _wrong_type(f: rsi.LinkFinding, layout: rsi.TelegramLayout) -> Words:
 def _missing(f: rsi.LinkFinding, _: rsi.TelegramLayout) -> Words:
     return (
         f"{_of(f, 'telegram')} lacked {', '.join(f.names)}",
-        "use the file that the controller has loaded, or add these elements to <SEND> there and start the program again",
+        "use the file that the controller has loaded, or add these elements to its <SEND> and start the program again",
     )
 
 
@@ -150,8 +150,7 @@ def _reordered(f: rsi.LinkFinding, _: rsi.TelegramLayout) -> Words:
 
 def _jitter(f: rsi.LinkFinding, _: rsi.TelegramLayout) -> Words:
     return (
-        f"one telegram in a hundred came more than {_ms(f.measured_time)} early or late"
-        f" (limit {_ms(f.expected_time)})",
+        f"one telegram in a hundred came more than {_ms(f.measured_time)} early or late (limit {_ms(f.expected_time)})",
         "switch off power saving of card and processor, keep other traffic off the cable, run a kernel for real time",
     )
 

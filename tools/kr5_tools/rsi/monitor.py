@@ -16,7 +16,6 @@ from rich.text import Text
 
 from kr5_tools.cli import arguments, tables, terminal
 from kr5_tools.cli.interruption import shielded
-from kr5_tools.cli.options import options_from
 from kr5_tools.cli.link_options import (
     LayoutArgument,
     ListenOption,
@@ -25,6 +24,7 @@ from kr5_tools.cli.link_options import (
     link_options,
     listening_layout,
 )
+from kr5_tools.cli.options import options_from
 from kr5_tools.rsi.row_log import Put, check_ending, row_log
 from kr5_tools.rsi.timing_table import TIMING_COLUMNS, timing_rows
 
@@ -86,9 +86,7 @@ def monitor(
         to.print(state_view(statistics, faulty))
         if log:
             to.print(f"{log}: {rows} rows.", soft_wrap=True, markup=False)
-        writing.write_json(
-            {**statistics.to_dict(), "rows": rows, "faulty": [f.to_dict() for f in faulty]}, json_file
-        )
+        writing.write_json({**statistics.to_dict(), "rows": rows, "faulty": [f.to_dict() for f in faulty]}, json_file)
         writing.publish()
     if statistics.telegrams.good == 0:
         terminal.print_note(f"no good telegram came; kr5 rsi doctor {layout_file} says why.")

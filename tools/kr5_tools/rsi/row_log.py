@@ -30,9 +30,9 @@ def row_log(file: Path | None, names: Sequence[str]) -> Iterator[Put]:
     if file is None:
         yield lambda rows: None
         return
-    with writing.beside(file) as new:
-        with _mcap_rows(new, names) if file.suffix.lower() == ".mcap" else _csv_rows(new, names) as put:
-            yield put
+    rows = _mcap_rows if file.suffix.lower() == ".mcap" else _csv_rows
+    with writing.beside(file) as new, rows(new, names) as put:
+        yield put
 
 
 @contextlib.contextmanager
