@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "rsi/answer_findings.hpp"
+
 #include <algorithm>
 #include <cmath>
 
-#include "rsi/link_examination.hpp"
+#include "rsi/timing_findings.hpp"
 
 namespace kr5::rsi {
 namespace {

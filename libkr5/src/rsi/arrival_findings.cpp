@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "rsi/arrival_findings.hpp"
+
 #include <algorithm>
 #include <set>
-
-#include "rsi/link_examination.hpp"
 
 namespace kr5::rsi {
 namespace {

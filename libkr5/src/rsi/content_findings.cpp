@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "rsi/content_findings.hpp"
+
 #include <algorithm>
 #include <cstring>
 
 #include <pugixml.hpp>
-
-#include "rsi/link_examination.hpp"
 
 namespace kr5::rsi {
 namespace {

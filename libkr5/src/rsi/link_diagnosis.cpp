@@ -6,7 +6,12 @@
 
 #include <kr5/core/error.hpp>
 
-#include "rsi/link_examination.hpp"
+#include "rsi/answer_findings.hpp"
+#include "rsi/arrival_findings.hpp"
+#include "rsi/content_findings.hpp"
+#include "rsi/motion_findings.hpp"
+#include "rsi/pose_findings.hpp"
+#include "rsi/timing_findings.hpp"
 
 namespace kr5::rsi {
 namespace {

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "rsi/motion_findings.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-#include "rsi/link_examination.hpp"
 #include "rsi/tool_correction.hpp"
 #include "rsi/wire_units.hpp"
 

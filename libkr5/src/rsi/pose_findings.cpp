@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "rsi/pose_findings.hpp"
+
 #include <kr5/core/statistics.hpp>
 
-#include "rsi/link_examination.hpp"
 #include "rsi/wire_units.hpp"
 
 namespace kr5::rsi {

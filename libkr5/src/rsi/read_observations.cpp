@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "rsi/read_observations.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <map>
 
 #include <kr5/rsi/telegram_codec.hpp>
-
-#include "rsi/link_examination.hpp"
 
 namespace kr5::rsi {
 namespace {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "rsi/timing_findings.hpp"
+
 #include <algorithm>
 #include <cmath>
-
-#include "rsi/link_examination.hpp"
 
 namespace kr5::rsi {
 namespace {

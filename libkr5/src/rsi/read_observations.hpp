@@ -7,9 +7,6 @@
 #include <kr5/rsi/controller_state.hpp>
 #include <kr5/rsi/link_diagnosis.hpp>
 
-/// @file
-/// The parts of `examine_link`: what was observed, once it is read, and the findings of each part.
-
 namespace kr5::rsi {
 
 /// A telegram of the controller that could be read, with what the answer to it corrects.
@@ -47,17 +44,6 @@ FindingSeverity severity_by_share(std::uint64_t count, std::uint64_t of);
 /// The beginning of bytes, as far as they can be shown.
 std::string shown_bytes(const std::string& bytes);
 
-/// Cycle of the controller by what was observed; none of too few telegrams [s].
-std::optional<double> measured_cycle(const ReadObservations& read);
-/// Telegrams of the controller that were lost, damaged or overtaken, by the gaps of IPOC.
-std::int64_t missing_telegrams(const ReadObservations& read);
-
 using Findings = std::vector<LinkFinding>;
-Findings arrival_findings(const ReadObservations& read);
-Findings content_findings(const ReadObservations& read);
-Findings timing_findings(const ReadObservations& read);
-Findings answer_findings(const ReadObservations& read);
-Findings pose_findings(const ReadObservations& read, bool& compared);
-Findings motion_findings(const ReadObservations& read, bool& compared);
 
 }  // namespace kr5::rsi
