@@ -8,6 +8,9 @@
 #include <kr5/rsi/kuka_pose.hpp>
 #include <kr5/rsi/layout_file.hpp>
 #include <kr5/rsi/link.hpp>
+#include <kr5/rsi/link_diagnosis.hpp>
+#include <kr5/rsi/link_recorder.hpp>
+#include <kr5/rsi/link_rows.hpp>
 #include <kr5/rsi/side_channel.hpp>
 #include <kr5/rsi/telegram_codec.hpp>
 
@@ -92,7 +95,7 @@ void bind_codec(py::module_& m) {
   bind_enum<Sender>(m, "Sender", "Who writes a telegram: controller | computer.");
   bind_enum<TelegramFault>(m, "TelegramFault", "What is wrong with a telegram; none: nothing.");
   bind_struct<TelegramCounts>(m, "TelegramCounts", "Telegrams by what was wrong with them.")
-      .def("faulty", &TelegramCounts::faulty, "All but the good ones.");
+      .def("faulty", &TelegramCounts::faulty, "Number of all but the good ones.");
   py::class_<TelegramCodec>(m, "TelegramCodec", "Codec of the telegrams of one sender, in the units of the wire.")
       .def(py::init<const TelegramLayout&, Sender>(), py::arg("layout"), py::arg("sender"))
       .def(
@@ -227,6 +230,43 @@ void bind_emulator(py::module_& m) {
       .def_property_readonly("real_time", &Emulator::real_time, "What the kernel gave to its thread.");
 }
 
+void bind_observations(py::module_& m) {
+  bind_struct<TestMotionOptions>(m, "TestMotionOptions", "Options of the test motion of a LinkRecorder.")
+      .def_property_readonly("total", &TestMotionOptions::total, "Time until all components were moved [s].");
+  bind_struct<LinkObservations>(m, "LinkObservations", "What was seen at the port of a link for some time.")
+      .def("append", &LinkObservations::append, py::arg("later"), "Adds what was seen later.")
+      .def(
+          "__len__", [](const LinkObservations& self) { return self.exchanges.size(); }, "Number of datagrams.");
+  py::class_<LinkRecorder>(m, "LinkRecorder",
+                           "A link that records what it sees: it answers without correction, or with those of a test "
+                           "motion, or only listens.")
+      .def(py::init<const TelegramLayout&, const LinkOptions&, const std::optional<TestMotionOptions>&>(),
+           py::arg("layout"), py::arg("options") = LinkOptions{}, py::arg("motion") = std::nullopt)
+      .def("take", &LinkRecorder::take, "What was seen since the last call; to be called every few seconds.")
+      .def("statistics", &LinkRecorder::statistics, "What the link has seen since it began.")
+      .def_property_readonly("real_time", &LinkRecorder::real_time, "What the kernel gave to its thread.")
+      .def_property_readonly("aborted", &LinkRecorder::aborted, "Whether a test motion was given up.")
+      .def_property_readonly("port", &LinkRecorder::port, "Port that it listens on.");
+  bind_struct<FaultyTelegram>(m, "FaultyTelegram", "A telegram that could not be used.");
+  bind_struct<LinkRows>(m, "LinkRows", "Telegrams as rows of numbers.");
+  py::class_<LinkRowReader>(m, "LinkRowReader", "Makes rows of what was observed, bit by bit.")
+      .def(py::init<const TelegramLayout&>(), py::arg("layout"))
+      .def("read", &LinkRowReader::read, py::arg("observations"), "Rows of further telegrams, in SI.")
+      .def_property_readonly("names", &LinkRowReader::names, "Names of the columns.");
+}
+
+void bind_diagnosis(py::module_& m) {
+  bind_enum<LinkFindingKind>(m, "LinkFindingKind", "What can be wrong with a link.");
+  bind_enum<FindingSeverity>(m, "FindingSeverity", "Whether a link can work with what is wrong: fault | caution.");
+  bind_enum<LinkVerdict>(m, "LinkVerdict", "Verdict on a link: sound | faulty | undecided.");
+  bind_struct<DiagnosisOptions>(m, "DiagnosisOptions", "Options of examine_link.")
+      .def("cycle_of", &DiagnosisOptions::cycle_of, py::arg("controller"), "Cycle of a controller [s].");
+  bind_struct<LinkFinding>(m, "LinkFinding", "One thing that is wrong with a link.");
+  bind_struct<LinkDiagnosis>(m, "LinkDiagnosis", "What is wrong with a link.");
+  m.def("examine_link", &examine_link, py::arg("observations"), py::arg("layout"),
+        py::arg("options") = DiagnosisOptions{}, "What is wrong with the link of a layout, by what was observed.");
+}
+
 void bind_side_channel(py::module_& m) {
   bind_enum<SideKind>(m, "SideKind", "Kind of a result: vision | force.");
   bind_struct<VisionResult>(m, "VisionResult", "Where a camera sees something.");
@@ -272,5 +312,7 @@ void bind_rsi(py::module_& m) {
   bind_link(m);
   bind_emulation(m);
   bind_emulator(m);
+  bind_observations(m);
+  bind_diagnosis(m);
   bind_side_channel(m);
 }

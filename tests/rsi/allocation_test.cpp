@@ -9,8 +9,10 @@
 
 #include <kr5/rsi/link_session.hpp>
 #include <kr5/rsi/side_receiver.hpp>
+#include <kr5/rsi/test_motion.hpp>
 
 #include "plain_controller.hpp"
+#include "rsi/exchange_ring.hpp"
 #include "wire_messages.hpp"
 
 namespace {
@@ -52,6 +54,21 @@ TEST_CASE("answering a telegram allocates nothing, of joints and of the tool, go
     CHECK(allocated == 0);
     CHECK(session.statistics().refused == 0);
   }
+}
+
+TEST_CASE("recording an exchange and a step of a test motion allocate nothing") {
+  ExchangeRing ring(4096);
+  const std::string telegram = test::plain_rob(1000, test::home);
+  TestMotion motion(test::wire_layout("krc4_ros_rsi_ethernet.xml"), robot::CommandFrame::Base, {});
+  robot::RobotReading reading;
+  reading.joints = robot::JointVector::Zero(6);
+  const long before = rsi_allocations;
+  const bool put = ring.put({.telegram = telegram, .answer = telegram}, 0);
+  motion.step(reading);
+  reading.time = 0.4;
+  motion.step(reading);
+  const long allocated = rsi_allocations - before;
+  CHECK((put && allocated == 0));
 }
 
 TEST_CASE("taking a result from the side channel allocates nothing") {

@@ -6,6 +6,8 @@
 
 #include <kr5/core/error.hpp>
 
+#include "rsi/tool_correction.hpp"
+
 namespace kr5::rsi {
 namespace {
 
@@ -55,7 +57,7 @@ void PathCorrection::stand_as_measured(const ControllerState& state) noexcept {
     for (int i = 0; i < units_.joints(); ++i)
       limiters_[static_cast<std::size_t>(i)].stand(state.joints[i] - state.joint_setpoints[i]);
   if (!units_.corrects_tool() || !state.tool || !state.tool_setpoint) return;
-  const Vector6 made = correction_to(*state.tool_setpoint, *state.tool);
+  const Vector6 made = tool_correction(*state.tool_setpoint, *state.tool, frame_);
   for (int i = 0; i < 6; ++i) limiters_[tool_at + static_cast<std::size_t>(i)].stand(made[i]);
 }
 
@@ -109,19 +111,12 @@ Pose PathCorrection::corrected(const Pose& path) const noexcept {
   return out;
 }
 
-Vector6 PathCorrection::correction_to(const Pose& path, const Pose& wanted) const noexcept {
-  if (frame_ == robot::CommandFrame::Tool) return to_vector(path.inverse() * wanted);
-  Vector6 out;
-  out << wanted.translation() - path.translation(), log_rotation(wanted.linear() * path.linear().transpose());
-  return out;
-}
-
 bool PathCorrection::step_tool(const robot::RobotCommand& command, const ControllerState& state) noexcept {
   const std::optional<Pose>& path = state.tool_setpoint ? state.tool_setpoint : start_tool_;
   const bool usable = units_.corrects_tool() && path && path->matrix().allFinite() &&
                       command.tool.matrix().allFinite() && is_rotation(command.tool.linear());
   if (!usable) return false;
-  const Vector6 demand = correction_to(*path, robot::commanded_tool(command, corrected(*path)));
+  const Vector6 demand = tool_correction(*path, robot::commanded_tool(command, corrected(*path)), frame_);
   bool met = true;
   for (int i = 0; i < 6; ++i) met = go(tool_at + static_cast<std::size_t>(i), demand[i], command.mode) && met;
   brake(0, static_cast<std::size_t>(units_.joints()));

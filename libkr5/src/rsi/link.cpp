@@ -20,8 +20,11 @@ namespace kr5::rsi {
 
 class Link::Server {
  public:
-  Server(const TelegramLayout& layout, const robot::SensorModel& model, const LinkOptions& options, CycleFunction step)
+  Server(const TelegramLayout& layout, const robot::SensorModel& model, const LinkOptions& options, CycleFunction step,
+         ExchangeFunction observe)
       : session_(layout, model, options, std::move(step)),
+        observe_(std::move(observe)),
+        answering_(options.answer),
         datagrams_(layout.transport == Transport::Udp),
         socket_(datagrams_ ? udp_socket(endpoint(options.listen, layout.port))
                            : tcp_listener(endpoint(options.listen, layout.port))),
@@ -71,11 +74,18 @@ class Link::Server {
     if (got.size < 0) return false;
     const std::int64_t now = steady_now(), arrival = now - got.waited;
     const auto size = static_cast<std::size_t>(got.size);
-    const std::string_view answer = session_.answer({buffer_.data(), size}, got.from.number(), arrival);
-    if (answer.empty()) return true;
-    const bool sent = send_to(socket_, answer, got.from);
-    session_.note_sent(sent, now - arrival, steady_now() - arrival);
+    answer({buffer_.data(), size}, got.from.number(), arrival, now - arrival,
+           [&](std::string_view bytes) { return send_to(socket_, bytes, got.from); });
     return true;
+  }
+
+  void answer(std::string_view telegram, std::uint64_t sender, std::int64_t arrival, std::int64_t lateness,
+              auto&& send) noexcept {
+    const std::string_view answer = session_.answer(telegram, sender, arrival);
+    const bool wanted = answering_ && !answer.empty(), sent = wanted && send(answer);
+    const std::int64_t duration = steady_now() - arrival;
+    if (wanted) session_.note_sent(sent, lateness, duration);
+    observe_({sender, arrival, telegram, sent ? answer : std::string_view(), duration});
   }
 
   void take_connection() noexcept {
@@ -95,16 +105,13 @@ class Link::Server {
       return session_.end();
     }
     framer_.added(static_cast<std::size_t>(size));
-    for (std::string_view telegram = framer_.next(); !telegram.empty(); telegram = framer_.next()) {
-      const std::string_view answer = session_.answer(telegram, connections_, arrival);
-      if (answer.empty()) continue;
-      const bool sent = write_all(connection_, answer);
-      session_.note_sent(sent, 0, steady_now() - arrival);
-    }
+    for (std::string_view telegram = framer_.next(); !telegram.empty(); telegram = framer_.next())
+      answer(telegram, connections_, arrival, 0, [&](std::string_view bytes) { return write_all(connection_, bytes); });
   }
 
   LinkSession session_;
-  bool datagrams_;
+  ExchangeFunction observe_;
+  bool answering_, datagrams_;
   Descriptor socket_, wake_, connection_;
   std::uint64_t connections_ = 0;
   StreamFramer framer_{"</Rob>"};
@@ -114,8 +121,8 @@ class Link::Server {
 };
 
 Link::Link(const TelegramLayout& layout, const robot::SensorModel& model, const LinkOptions& options,
-           CycleFunction step)
-    : server_(std::make_unique<Server>(layout, model, options, std::move(step))) {}
+           CycleFunction step, ExchangeFunction observe)
+    : server_(std::make_unique<Server>(layout, model, options, std::move(step), std::move(observe))) {}
 
 Link::~Link() = default;
 

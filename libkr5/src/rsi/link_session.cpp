@@ -11,7 +11,6 @@ namespace {
 constexpr double nanoseconds = 1e9;          // in a second
 constexpr std::int64_t longest_back = 1000;  // of a telegram that was overtaken [ms]
 constexpr std::int64_t longest_gap = 10000;  // within a session [ms]
-constexpr std::uint64_t wrap = 1ULL << 32;   // of IPOC
 
 std::int64_t to_nanoseconds(double seconds) { return static_cast<std::int64_t>(std::llround(seconds * nanoseconds)); }
 
@@ -30,13 +29,7 @@ LinkSession::LinkSession(const TelegramLayout& layout, const robot::SensorModel&
       deadline_(to_nanoseconds(options.deadline_or_usual())) {
   model_.validate();
   options_.validate();
-  require(!layout.only_send, "only_send: the controller expects no answers");
-}
-
-std::int64_t LinkSession::since_last(const Ipoc& ipoc) const noexcept {
-  const std::uint64_t now = ipoc.value(), before = last_ipoc_.value();
-  if (now >= wrap || before >= wrap) return static_cast<std::int64_t>(now - before);
-  return static_cast<std::int32_t>(static_cast<std::uint32_t>(now) - static_cast<std::uint32_t>(before));
+  require(!layout.only_send || !options.answer, "only_send: the controller expects no answers");
 }
 
 void LinkSession::begin(const Telegram& telegram, const ControllerState& state, std::uint64_t sender) noexcept {
@@ -84,7 +77,7 @@ std::string_view LinkSession::answer(std::string_view bytes, std::uint64_t sende
   if (fault != TelegramFault::None) return {};
   const bool over = !running_ || arrival - last_arrival_ > silence_;
   if (!over && sender != sender_) return add(Strangers), std::string_view();
-  const std::int64_t since = since_last(in_.ipoc);
+  const std::int64_t since = ipoc_step(last_ipoc_, in_.ipoc);
   const ControllerState state = units_.state(in_);
   if (over || since < -longest_back || since > longest_gap) {
     begin(in_, state, sender);

@@ -5,8 +5,11 @@
 #include <cerrno>
 #include <cstring>
 #include <ctime>
+#include <fstream>
+#include <sstream>
 
 #include <arpa/inet.h>
+#include <ifaddrs.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <poll.h>
@@ -161,5 +164,38 @@ bool write_all(const Descriptor& connection, std::string_view bytes) noexcept {
 }
 
 std::int64_t steady_now() noexcept { return clock_now(CLOCK_MONOTONIC); }
+
+std::int64_t wall_now() noexcept { return clock_now(CLOCK_REALTIME); }
+
+std::string endpoint_text(const Endpoint& at) {
+  std::string out;
+  for (int shift = 24; shift >= 0; shift -= 8)
+    out += std::to_string(at.address >> shift & 255U) + (shift > 0 ? "." : ":");
+  return out + std::to_string(at.port);
+}
+
+bool is_own_address(const std::string& address) {
+  ifaddrs* all = nullptr;
+  in_addr wanted{};
+  if (inet_pton(AF_INET, address.c_str(), &wanted) != 1 || getifaddrs(&all) != 0) return false;
+  bool found = false;
+  for (const ifaddrs* card = all; card; card = card->ifa_next)
+    if (card->ifa_addr && card->ifa_addr->sa_family == AF_INET)
+      found |= reinterpret_cast<const sockaddr_in*>(card->ifa_addr)->sin_addr.s_addr == wanted.s_addr;
+  freeifaddrs(all);
+  return found;
+}
+
+std::optional<std::uint64_t> datagrams_without_listener() {
+  std::ifstream file("/proc/net/snmp");
+  std::string names, numbers, name, number;
+  while (std::getline(file, names) && std::getline(file, numbers)) {
+    if (!names.starts_with("Udp:")) continue;
+    std::istringstream each_name(names), each_number(numbers);
+    while (each_name >> name && each_number >> number)
+      if (name == "NoPorts") return std::stoull(number);
+  }
+  return std::nullopt;
+}
 
 }  // namespace kr5::rsi

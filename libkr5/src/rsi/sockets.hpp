@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -65,5 +66,14 @@ bool write_all(const Descriptor& connection, std::string_view bytes) noexcept;
 
 /// By a clock that never jumps [ns].
 std::int64_t steady_now() noexcept;
+/// By the clock of the computer, since 1970 [ns].
+std::int64_t wall_now() noexcept;
+
+/// "192.168.1.60:49152"
+std::string endpoint_text(const Endpoint& at);
+/// Whether a card of this computer has the address.
+bool is_own_address(const std::string& address);
+/// Datagrams that came so far to ports on which nobody listens; none: the kernel does not tell.
+std::optional<std::uint64_t> datagrams_without_listener();
 
 }  // namespace kr5::rsi

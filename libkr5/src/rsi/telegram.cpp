@@ -22,6 +22,13 @@ Ipoc::Ipoc(std::string_view digits) noexcept {
   value_ = value;
 }
 
+std::int64_t ipoc_step(const Ipoc& before, const Ipoc& now) noexcept {
+  constexpr std::uint64_t wrap = 1ULL << 32;
+  if (now.value() >= wrap || before.value() >= wrap) return static_cast<std::int64_t>(now.value() - before.value());
+  return static_cast<std::int32_t>(static_cast<std::uint32_t>(now.value()) -
+                                   static_cast<std::uint32_t>(before.value()));
+}
+
 MessageText::MessageText(std::string_view text) noexcept {
   size_ = static_cast<std::uint8_t>(std::min(text.size(), text_.size()));
   std::copy_n(text.begin(), size_, text_.begin());

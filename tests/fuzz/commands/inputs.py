@@ -274,6 +274,22 @@ JOBS = [
         ("out.json",),
         2,
     ),
+    Job(
+        "links",
+        "rsi doctor link.xml --for 0.5 --listen 127.0.0.1 --cell cell.yaml --json out.json",
+        "cell",
+        ("link.xml",),
+        ("out.json",),
+        0.5,
+    ),
+    Job(
+        "links",
+        "rsi monitor link.xml --for 0.1 --listen 127.0.0.1 --log log.csv --json out.json",
+        "cell",
+        ("link.xml",),
+        ("log.csv", "out.json"),
+        0.5,
+    ),
     Job("cell files", "cell check cell.yaml --json out.json", "cell", ("cell.yaml",), (), 3),
     Job("cell files", "cell show cell.yaml --json out.json", "cell", ("cell.yaml",), ("out.json",)),
     Job("cell files", "gap effects --cell cell.yaml --json out.json", "cell", ("cell.yaml",), ("out.json",)),
@@ -644,6 +660,8 @@ def prepare(folder: Path, run: Callable[..., None]) -> None:
 
 
 def _prepare_cells(folder: Path, run: Callable[..., None]) -> None:
+    import kr5.rsi
+
     (folder / "protocol.yaml").write_text(PROTOCOL)
     _prepare_cloud(folder)
     brief = yaml.safe_load(PROTOCOL)
@@ -668,6 +686,7 @@ def _prepare_cells(folder: Path, run: Callable[..., None]) -> None:
     (folder / "given.yaml").write_text(
         "format: kr5-protocol/1\nexperiments:\n- {name: motion-1, kind: motion, split: fit, given: given.csv}\n"
     )
+    (folder / "link.xml").write_text(kr5.rsi.layout_xml(kr5.rsi.usual_layout("krc4")))
     run(folder, "cell export cell.yaml -o robot.urdf")
     run(folder, "cell export cell.yaml -o robot.xml")
 

@@ -2,10 +2,12 @@
 
 import typer
 
-from kr5_tools.rsi import emulate
+from kr5_tools.rsi import doctor, emulate, monitor
 
 app = typer.Typer(no_args_is_help=True)
 emulate.add_to(app)
+monitor.add_to(app)
+doctor.add_to(app)
 
 
 @app.callback()

@@ -72,7 +72,6 @@ class PathCorrection {
   bool step_joints(const robot::RobotCommand& command, const ControllerState& state) noexcept;
   bool step_tool(const robot::RobotCommand& command, const ControllerState& state) noexcept;
   Pose corrected(const Pose& path) const noexcept;
-  Vector6 correction_to(const Pose& path, const Pose& wanted) const noexcept;
   bool go(std::size_t limiter, double demand, robot::CommandMode mode) noexcept;
   Correction result(const robot::JointVector& joints_before, const Vector6& tool_before) const noexcept;
   void brake(std::size_t first, std::size_t count) noexcept;

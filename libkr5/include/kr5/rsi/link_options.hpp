@@ -27,6 +27,7 @@ struct LinkOptions {
   double silence = 0.5;                 ///< [s]
   Reconnect reconnect = Reconnect::Hold;
   CorrectionLimits limits = {};
+  bool answer = true;
   RealTimeOptions real_time = {};
   std::string listen = "0.0.0.0";
 
@@ -44,6 +45,7 @@ struct LinkOptions {
     visit("reconnect", self.reconnect,
           "What follows when the controller is there again: hold (no correction until told to resume) | resume.");
     visit("limits", self.limits, "Limits of the corrections.");
+    visit("answer", self.answer, "Answer the controller; false: only listen, upon which it stops.");
     visit("real_time", self.real_time, "What the thread asks of the kernel.");
     visit("listen", self.listen, "Address of the network card to listen on; 0.0.0.0: every one.");
   }

@@ -71,8 +71,6 @@ class LinkSession {
     counters_[counter].fetch_add(count, std::memory_order_relaxed);
   }
   void begin(const Telegram& telegram, const ControllerState& state, std::uint64_t sender) noexcept;
-  /// Milliseconds since the last telegram by IPOC; less than zero for one that comes too late.
-  std::int64_t since_last(const Ipoc& ipoc) const noexcept;
   bool is_in_order(const Telegram& telegram, std::int64_t since, bool& repeated) noexcept;
   std::string_view corrected(const Telegram& telegram, const ControllerState& state) noexcept;
 

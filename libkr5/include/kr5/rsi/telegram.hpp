@@ -39,6 +39,9 @@ class Ipoc {
   std::uint64_t value_ = 0;
 };
 
+/// Milliseconds from one stamp to another, less than zero for one that is older; stamps begin again at 2^32.
+std::int64_t ipoc_step(const Ipoc& before, const Ipoc& now) noexcept;
+
 /// A text of the controller or for it, at most 127 characters.
 class MessageText {
  public:
