@@ -46,13 +46,6 @@ double largest_change(const robot::JointVector& a, const robot::JointVector& b, 
 
 }  // namespace
 
-void EmulationOptions::validate() const {
-  rules.validate();
-  require(path_speed > 0 && std::isfinite(path_speed), "path_speed: must be positive [rad/s]");
-  require(override_share >= 0 && override_share <= 1, "override_share: must lie between 0 and 1 [-]");
-  require(axis_speeds.size() == 0 || (axis_speeds.array() > 0).all(), "axis_speeds: must be positive [rad/s or m/s]");
-}
-
 EmulatedController::EmulatedController(const TelegramLayout& layout, const robot::SensorModel& model,
                                        const EmulationOptions& options, robot::Robot& robot)
     : writer_(layout, Sender::Controller),

@@ -34,18 +34,18 @@ FaultyWay::FaultyWay(const LinkFaults& faults) : faults_(faults), random_(faults
 
 /// The fault of the next message, if it has one. A draw a message, whatever comes of it, so that faults at given times
 /// do not change the others.
-const LinkFault* FaultyWay::drawn_fault(double time) noexcept {
+std::optional<LinkFault> FaultyWay::next_fault(double time) noexcept {
   double draw = random_.uniform();
   for (TimedFault& at : faults_.timed)
-    if (at.count > 0 && time >= at.time) return --at.count, drawn_ = at.fault, &drawn_;
+    if (at.count > 0 && time >= at.time) return --at.count, at.fault;
   for (const auto& [share, fault] :
        {std::pair{faults_.late, LinkFault::Late}, std::pair{faults_.lose, LinkFault::Lose},
         std::pair{faults_.doubled, LinkFault::Double}, std::pair{faults_.reorder, LinkFault::Reorder},
         std::pair{faults_.truncate, LinkFault::Truncate}}) {
-    if (draw < share) return drawn_ = fault, &drawn_;
+    if (draw < share) return fault;
     draw -= share;
   }
-  return nullptr;
+  return std::nullopt;
 }
 
 FaultyWay::Message* FaultyWay::put(std::string_view bytes, double arrival) noexcept {
@@ -62,25 +62,27 @@ FaultyWay::Message* FaultyWay::put(std::string_view bytes, double arrival) noexc
 
 void FaultyWay::pass(std::string_view bytes, double time) noexcept {
   ++counts_.passed;
-  const double arrival = time + random_.uniform(0.0, 1.0) * faults_.jitter, part = random_.uniform(0.1, 0.9);
-  const LinkFault* fault = drawn_fault(time);
-  const bool has = fault != nullptr;
-  if (has && *fault == LinkFault::Lose) {
-    ++counts_.lost;
-  } else if (has && *fault == LinkFault::Reorder) {
-    Message* held = put(bytes, std::numeric_limits<double>::infinity());
-    if (held) held->overtaken = true, ++counts_.reordered;
-    return;  // this one overtakes nothing itself
-  } else if (has && *fault == LinkFault::Truncate) {
-    ++counts_.truncated;
-    put(bytes.substr(0, static_cast<std::size_t>(part * static_cast<double>(bytes.size()))), arrival);
-  } else {
-    const bool late = has && *fault == LinkFault::Late;
-    counts_.late += late ? 1 : 0;
-    put(bytes, arrival + (late ? faults_.delay : 0.0));
-    if (has && *fault == LinkFault::Double) ++counts_.doubled, put(bytes, arrival);
+  const double arrival = time + random_.uniform() * faults_.jitter, part = random_.uniform(0.1, 0.9);
+  const std::optional<LinkFault> fault = next_fault(time);
+  if (fault == LinkFault::Reorder) {  // it waits for the next one, and overtakes nothing itself
+    Message* waiting = put(bytes, std::numeric_limits<double>::infinity());
+    if (waiting) waiting->overtaken = true, ++counts_.reordered;
+    return;
   }
-  for (Message& m : messages_) {  // those that this one has overtaken, behind it
+  if (fault == LinkFault::Truncate) {
+    ++counts_.truncated;
+    bytes = bytes.substr(0, static_cast<std::size_t>(part * static_cast<double>(bytes.size())));
+  }
+  if (fault == LinkFault::Late) ++counts_.late;
+  if (fault == LinkFault::Lose) ++counts_.lost;
+  if (fault != LinkFault::Lose) put(bytes, arrival + (fault == LinkFault::Late ? faults_.delay : 0.0));
+  if (fault == LinkFault::Double) ++counts_.doubled, put(bytes, arrival);
+  overtake(arrival);
+}
+
+/// Those that wait to be overtaken come behind this one.
+void FaultyWay::overtake(double arrival) noexcept {
+  for (Message& m : messages_) {
     if (!m.here || !m.overtaken) continue;
     m.overtaken = false;
     m.arrival = arrival;

@@ -16,12 +16,12 @@ from rich.markup import escape
 
 from kr5_tools.cli import arguments, tables, terminal
 from kr5_tools.cli.interruption import shielded
+from kr5_tools.cli.numbers import format_count
 from kr5_tools.cli.terminal import Console
 from kr5_tools.rsi import emulation_tables, emulator_setup
 from kr5_tools.rsi.emulator_setup import Action
 
 PERIOD = 0.1  # [s] between looks at the emulator
-MOST_EVENTS = 20  # that are listed without --all
 
 CellFile = Annotated[Path, typer.Argument(metavar="CELL", help="Cell whose arm the controller moves.")]
 Kind = Annotated[
@@ -226,12 +226,12 @@ def conclude(
     to.print(tables.make_table("", emulation_tables.COUNT_COLUMNS, rows, text=(2,)))
     if times := emulation_tables.time_rows(statistics):
         to.print(tables.make_table("", emulation_tables.TIME_COLUMNS, times))
-    shown = events if everything else events[:MOST_EVENTS]
+    shown = events if everything else emulation_tables.rare_events(events)
     to.print(
         tables.make_table("", emulation_tables.EVENT_COLUMNS, emulation_tables.event_rows(shown, layout), text=(1, 2))
     )
     if len(shown) < len(events):
-        to.print(f"{len(events) - len(shown)} more events; --all lists them.", soft_wrap=True)
+        to.print(f"{format_count(len(events) - len(shown), 'more event')}; --all lists them.", soft_wrap=True)
     if statistics.overruns:
         terminal.print_note("this computer was late itself at times: not every missing answer is the client's fault.")
     writing.write_json(as_dict(statistics, events, layout), json_file)

@@ -10,6 +10,7 @@ from kr5_tools.cli.numbers import NONE, format_count, format_number
 COUNT_COLUMNS = ["quantity", "value", "unit"]
 TIME_COLUMNS = ["time", "median [ms]", "99 % [ms]", "99.9 % [ms]", "max. [ms]"]
 EVENT_COLUMNS = ["time [s]", "event", "detail"]
+MOST_EVENTS = 20  # that are listed unless all are asked for
 EVENT_NAMES = {
     "started": "program started",
     "answered": "first answer",
@@ -103,6 +104,13 @@ def event_detail(event: rsi.ControllerEvent, layout: rsi.TelegramLayout) -> str:
         size, unit = fall(event.value, layout)
         return f"{format_number(size)} {unit}"
     return NONE
+
+
+def rare_events(events: Sequence[rsi.ControllerEvent]) -> list[rsi.ControllerEvent]:
+    """The first of each kind that may come in every cycle, and the first of the others."""
+    often = ("missing", "jump", "limited", "overrun")
+    firsts = {kind: next((e for e in events if str(e.kind) == kind), None) for kind in often}
+    return [e for e in events if str(e.kind) not in often or e is firsts[str(e.kind)]][:MOST_EVENTS]
 
 
 def event_rows(events: Sequence[rsi.ControllerEvent], layout: rsi.TelegramLayout) -> list[list[str]]:

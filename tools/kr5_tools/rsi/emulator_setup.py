@@ -70,7 +70,7 @@ def make_layout(
         if controller:
             layout.controller = rsi.Controller(controller)
     else:
-        layout = rsi.usual_layout(controller or "krc4", target=corrections)
+        layout = rsi.usual_layout(rsi.Controller(controller or "krc4"), target=rsi.CorrectionTarget(corrections))
     layout.address = address
     layout.port = layout.port if port is None else port
     if transport:

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -116,13 +117,13 @@ class FaultyWay {
     std::array<char, max_telegram> bytes{};
   };
 
-  const LinkFault* drawn_fault(double time) noexcept;
+  std::optional<LinkFault> next_fault(double time) noexcept;
   Message* put(std::string_view bytes, double arrival) noexcept;
+  void overtake(double arrival) noexcept;
   const Message* first() const noexcept;
 
   LinkFaults faults_;
   Random random_;
-  LinkFault drawn_ = LinkFault::Lose;
   std::vector<Message> messages_;
   std::uint64_t order_ = 0;
   LinkFaultCounts counts_;
