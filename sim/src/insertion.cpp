@@ -7,12 +7,12 @@
 #include <kr5/core/error.hpp>
 #include <kr5/physics/contact.hpp>
 #include <kr5/physics/tube.hpp>
+#include <kr5/robot/quintic_profile.hpp>
 #include <kr5/robot/servo_feedforward.hpp>
 #include <kr5/sim/insertion_options.hpp>
 
 #include "insertion_arm.hpp"
 #include "insertion_limits.hpp"
-#include "quintic_profile.hpp"
 #include "scene_rows.hpp"
 
 namespace kr5::sim {
@@ -172,11 +172,11 @@ class Task {
     const Vector3d way = to.translation() - from.translation();
     const PathLimits most = path_limits(cell_);
     const double duration =
-        std::max({quintic_profile_peak.v * way.norm() / std::min(carry_speed, most.speed),
-                  std::sqrt(quintic_profile_peak.a * way.norm() / most.acceleration), arm_.cycle()});
+        std::max({robot::quintic_profile_peak.v * way.norm() / std::min(carry_speed, most.speed),
+                  std::sqrt(robot::quintic_profile_peak.a * way.norm() / most.acceleration), arm_.cycle()});
     const robot::ServoFeedforward lead(options_.servo_frequency, options_.servo_damping);
     for (double t = arm_.cycle(); t < duration + 2 * arm_.cycle(); t += arm_.cycle()) {
-      const QuinticProfile now = quintic_profile(t / duration);
+      const robot::QuinticProfile now = robot::quintic_profile(t / duration);
       const double v = now.v / duration, a = now.a / (duration * duration);
       last_ = robot::tool_command(force::T_base_tool(
           arm_.frames(), Pose(Eigen::Translation3d(from.translation() + way * (now.x + lead(v, a))))));
