@@ -77,7 +77,10 @@ Outcome Supervisor::Machine::stand(const robot::RobotReading& reading) noexcept 
     stage = 1;
   }
   if (stage == 1) {
-    if (lost_pellet(reading)) return path.standing() ? Outcome::Dropped : Outcome::None;
+    if (lost_pellet(reading)) {
+      if (!path.standing()) return Outcome::None;
+      return at_station(planned.T_base_put) ? Outcome::Stood : Outcome::Dropped;
+    }
     if (!follow(reading)) return Outcome::None;
     set_grip(false);
     stage = 2;

@@ -33,7 +33,7 @@ PelletState state_after(Phase phase, Outcome outcome, PelletState before) noexce
     case Outcome::AtDepth:
       return PelletState::Seated;
     case Outcome::Dropped:
-      return PelletState::Dropped;
+      return phase == Phase::Search || phase == Phase::Insert ? PelletState::Missing : PelletState::Dropped;
     default:
       return before;
   }

@@ -37,6 +37,7 @@ struct Supervisor::Machine {
 
   // What the gripper does (travel.cpp).
   bool lost_pellet(const robot::RobotReading& reading) noexcept;
+  bool at_station(const Pose& T_base_tool) const noexcept;
   void set_grip(bool hold) noexcept;
   bool grip_is(const robot::RobotReading& reading, bool gripped) noexcept;
   bool follow(const robot::RobotReading& reading) noexcept;
@@ -53,6 +54,8 @@ struct Supervisor::Machine {
   Outcome search(const robot::RobotReading& reading) noexcept;
   Outcome insert(const robot::RobotReading& reading) noexcept;
   Outcome next(const robot::RobotReading& reading) noexcept;
+  bool release_pellet(const robot::RobotReading& reading) noexcept;
+  bool look_for_pellet() noexcept;
   void step_insertion(const robot::RobotReading& reading) noexcept;
   Outcome insertion_end() noexcept;
 

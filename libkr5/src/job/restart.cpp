@@ -62,7 +62,10 @@ RestartDecision from_regrip(const RestartDecision& d, const Evidence& e) {
 
 /// The pellet was on its way into the tube.
 RestartDecision from_tube(const RestartDecision& d, const Evidence& e) {
-  if (e.measured.station.value_or(false)) return refused(d, RestartFinding::StationOccupied);
+  if (e.measured.station.value_or(false)) {
+    if (e.gripped || e.belief.phase != Phase::Approach) return refused(d, RestartFinding::StationOccupied);
+    return go_on(d, RestartFinding::WasStood, Phase::Regrip, PelletState::Stood);
+  }
   if (e.gripped && d.pellet_state == PelletState::Seated && e.in_bore)
     return go_on(d, RestartFinding::AsBelieved, Phase::Next, PelletState::Seated);
   if (e.gripped) return go_on(d, RestartFinding::AsBelieved, Phase::Approach, PelletState::Regripped);
@@ -80,7 +83,7 @@ RestartDecision from_end(const RestartDecision& d, const Evidence& e) {
 /// Only the pellet that is in work can have come into the tube since the last record.
 bool possible_count(const RestartDecision& d, const Evidence& e) {
   if (!e.measured.tube) return true;
-  const bool may_be_in = d.pellet_state == PelletState::Regripped || d.pellet_state == PelletState::Seated;
+  const bool may_be_in = d.pellet_state >= PelletState::Regripped && d.pellet_state <= PelletState::Missing;
   const int more = *e.measured.tube - d.inserted;
   return more == 0 || (more == 1 && may_be_in);
 }

@@ -78,6 +78,11 @@ bool Supervisor::Machine::lost_pellet(const robot::RobotReading& reading) noexce
   return dropping;
 }
 
+/// Whether a pellet that the tool loses here stands on the station.
+bool Supervisor::Machine::at_station(const Pose& T_base_tool) const noexcept {
+  return (commanded.translation() - T_base_tool.translation()).norm() < options.places.approach;
+}
+
 void Supervisor::Machine::set_grip(bool hold) noexcept {
   gripper = {hold, false};
   grip_cycles = grip_seen = 0;

@@ -32,7 +32,10 @@ StopReason stop_of(force::Reason reason) noexcept {
 
 /// Looks, goes there, and looks again until the tube is where the arm is (Hayat et al. 2022, section 6.3).
 Outcome Supervisor::Machine::approach(const robot::RobotReading& reading) noexcept {
-  if (lost_pellet(reading)) return path.standing() ? Outcome::Dropped : Outcome::None;
+  if (lost_pellet(reading)) {
+    if (!path.standing()) return Outcome::None;
+    return at_station(planned.T_base_take) ? Outcome::Stood : Outcome::Dropped;
+  }
   if (stage == 0) {
     const Pose look = look_pose();
     const bool there = (commanded.translation() - look.translation()).norm() < options.places.near_tube;
@@ -103,6 +106,26 @@ Outcome Supervisor::Machine::insert(const robot::RobotReading& reading) noexcept
   return phase == force::Phase::Push ? Outcome::None : Outcome::LeftBore;
 }
 
+/// False until the gripper has let go.
+bool Supervisor::Machine::release_pellet(const robot::RobotReading& reading) noexcept {
+  if (!grip_is(reading, false)) return false;
+  if (state.pellet_state == PelletState::Seated) {
+    state.pellet_state = PelletState::Inserted;
+    ++state.inserted;
+    hole_felt = true;
+  }
+  return true;
+}
+
+/// Whether a pellet that the gripper lost at the tube is in it; false when that cannot be seen.
+bool Supervisor::Machine::look_for_pellet() noexcept {
+  if (!hole.found || !hole.pellets) return false;
+  const bool in = *hole.pellets > state.inserted;
+  state.pellet_state = in ? PelletState::Inserted : PelletState::Dropped;
+  if (in) ++state.inserted;
+  return true;
+}
+
 /// Lets go, leaves, counts.
 Outcome Supervisor::Machine::next(const robot::RobotReading& reading) noexcept {
   if (stage == 0) {
@@ -110,20 +133,24 @@ Outcome Supervisor::Machine::next(const robot::RobotReading& reading) noexcept {
     stage = 1;
   }
   if (stage == 1) {
-    if (!grip_is(reading, false)) {
+    if (!release_pellet(reading)) {
       if (seconds(grip_cycles) <= options.grip_time) return Outcome::None;
       set_grip(true);
       return Outcome::NotReleased;
     }
-    if (state.pellet_state == PelletState::Seated) {
-      state.pellet_state = PelletState::Inserted;
-      ++state.inserted;
-      hole_felt = true;
-    }
-    lift();
+    state.pellet_state == PelletState::Missing ? travel_over(look_pose()) : lift();
     stage = 2;
   }
   if (!follow(reading)) return Outcome::None;
+  if (stage == 2 && state.pellet_state == PelletState::Missing) {
+    request = {RequestKind::Hole, cycle, state.pellet};
+    stage = 3;
+  }
+  if (stage == 3) {
+    if (!answered) return Outcome::None;
+    if (!look_for_pellet()) return Outcome::HoleNotFound;
+    stage = 4;
+  }
   if (options.pellets > 0 && state.inserted >= options.pellets) return Outcome::AllInserted;
   return next_pick < scan.count ? Outcome::NextPick : Outcome::NextScan;
 }

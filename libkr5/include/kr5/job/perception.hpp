@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 
 #include <kr5/core/fields.hpp>
 #include <kr5/geometry/pose.hpp>
@@ -69,12 +70,14 @@ struct HoleResult {
   bool found = false;
   Pose T_base_tube = Pose::Identity();
   double position_std = 0.0;  ///< [m]
+  std::optional<int> pellets;
 
   static void each_field(auto& self, auto&& visit) {
     visit("stamp", self.stamp, "Stamp of the request.");
     visit("found", self.found, "Whether the tube was seen.");
     visit("T_base_tube", self.T_base_tube, "Tube: centre of its top face, Z out of it [m].");
     visit("position_std", self.position_std, "Standard deviation of its centre, per axis [m].");
+    visit("pellets", self.pellets, "Number of pellets in it; empty: not seen.");
   }
 };
 

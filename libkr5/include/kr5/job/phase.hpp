@@ -99,6 +99,7 @@ enum class PelletState {
   Stood,      ///< On the station.
   Regripped,  ///< In the gripper, as it goes into the tube.
   Seated,     ///< At its depth in the tube, still held.
+  Missing,    ///< Lost from the grip at the tube; whether it is in, is to be seen.
   Inserted,   ///< In the tube, let go.
   Dropped,    ///< Lost from the grip between bin and tube.
   Lost,       ///< Not where it was put.
@@ -110,6 +111,7 @@ constexpr auto enum_names(PelletState) {
                              {Stood, "stood"},
                              {Regripped, "regripped"},
                              {Seated, "seated"},
+                             {Missing, "missing"},
                              {Inserted, "inserted"},
                              {Dropped, "dropped"},
                              {Lost, "lost"}});
