@@ -18,8 +18,8 @@
 /// sensor, suction cup and fingers, scanner and camera; bin, stand and tubes. It moves when it is sent a command, and
 /// tells what a real cell would tell. Whatever else is known of it is its `truth`, for judges alone.
 ///
-/// Only pellets touch: arm and grippers pass through everything. What lies at rest on the stand or in a tube stays
-/// where it is when another pellet presses on it; in the bin it gives way.
+/// Only pellets touch: arm and grippers pass through everything. What lies at rest stays where it is when a pellet
+/// from the grip presses on it; a pellet that is pulled out of the pile, or falls into the bin, moves the others.
 
 namespace kr5::sim {
 
@@ -69,7 +69,7 @@ class WorkCell : public robot::Robot {
   /// Not for controllers.
   WorkCellTruth truth() const;
 
-  /// The whole state between two cycles: a cell that is given it goes on as this one does, bit by bit.
+  /// The whole state after a command and before the next reading: a cell that is given it goes on as this one does.
   WorkCellState state() const;
   /// @throws InvalidArgument naming the field that does not fit this cell.
   void restore(const WorkCellState& state);
