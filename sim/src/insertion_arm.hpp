@@ -12,8 +12,10 @@
 #include <kr5/sim/insertion.hpp>
 #include <kr5/sim/sensors.hpp>
 
+#include "arm_wander.hpp"
 #include "held_peg.hpp"
 #include "ik_solver.hpp"
+#include "joint_lead.hpp"
 
 namespace kr5::sim {
 
@@ -54,10 +56,8 @@ class InsertionArm : public robot::Robot {
   bool choose_turn(const Pose& T_tube_peg, double tilt);
   std::optional<Eigen::VectorXd> asked(const robot::RobotCommand& command);
   Pose commanded(const Pose& T_tube_peg);
-  Eigen::VectorXd led_ahead(const Eigen::VectorXd& q);
   /// Where the grip really would hold the peg, in the real tube.
   Pose held();
-  void wander(double passed);
   void move_peg(const Pose& to, double passed);
 
   cell::Cell cell_;
@@ -76,10 +76,11 @@ class InsertionArm : public robot::Robot {
   Coordinates seen_ = Coordinates::Zero();  ///< What the arm last read of itself.
   double cycle_ = 0.0, time_ = 0.0;
   Pose T_base_tube_ = Pose::Identity(), T_tube_actual_ = Pose::Identity(), T_actual_base_ = Pose::Identity();
-  Pose T_peg_tool_ = Pose::Identity();   ///< The grip's turn about the peg.
-  Pose grip_ = Pose::Identity();         ///< Where the peg really sits in it.
-  Vector6 off_ = Vector6::Zero();        ///< How far the arm is off at the moment, in T.
-  Eigen::VectorXd q_, speed_, command_;  ///< Joint setpoints, and what the servos were told last.
+  Pose T_peg_tool_ = Pose::Identity();  ///< The grip's turn about the peg.
+  Pose grip_ = Pose::Identity();        ///< Where the peg really sits in it.
+  ArmWander wander_;                    ///< In T.
+  JointLead lead_;
+  Eigen::VectorXd command_;  ///< What the servos of the joints were told last [rad or m].
   ArmReading reading_;
   Pose held_ = Pose::Identity();
   Vector6 on_tool_ = Vector6::Zero();  ///< Of the peg, at S, in B.
