@@ -89,7 +89,8 @@ class FakeCell {
     job::ScanResult out;
     out.stamp = stamp;
     for (std::size_t k = 0; k < places_.size(); ++k)
-      if (places_[k] == Place::Bin) out.add({grasps_[k], station(), station()});
+      if (places_[k] == Place::Bin)
+        out.add({grasps_[k], {station(), station()}, {beside(), beside()}, lies(k) ? 2 : 1});
     out.bin_empty = out.count == 0;
     return out;
   }
@@ -114,6 +115,9 @@ class FakeCell {
   /// How often a pellet was put where one was already.
   int collisions() const { return collisions_; }
   void fall() { let_go(); }
+  static Pose beside() { return pointing_down({0.33, 0.3, 0.05}, 0.3); }
+  /// Such a pellet cannot be stood up in one go.
+  static bool lies(std::size_t pellet) { return pellet % 3 == 1; }
   static Pose station() { return pointing_down({0.3, 0.3, 0.05}); }
   static Pose believed_tube() { return Pose(Eigen::Translation3d(0.2, -0.3, 0.1)); }
   static Pose true_tube() { return Pose(Eigen::Translation3d(0.202, -0.299, 0.1)); }
@@ -133,11 +137,12 @@ class FakeCell {
     return std::nullopt;
   }
   bool at(const Pose& pose) const { return (tool_.translation() - pose.translation()).norm() < reach; }
+  bool on_station() const { return at(station()) || at(beside()); }
   Pose peg() const { return true_tube().inverse() * tool_ * T_tool_peg(); }
 
   void close() {
     if (held() || random_.uniform() < misfortune_.no_grip) return;
-    if (const auto k = first(Place::Station); k && at(station())) places_[*k] = Place::Gripper;
+    if (const auto k = first(Place::Station); k && on_station()) places_[*k] = Place::Gripper;
     for (std::size_t k = 0; k < places_.size() && !held(); ++k)
       if (places_[k] == Place::Bin && at(grasps_[k])) places_[k] = Place::Gripper;
   }
@@ -147,7 +152,7 @@ class FakeCell {
     const Eigen::Vector3d p = peg().translation();
     if (p.head<2>().norm() < 1e-3 && p.z() < -0.9 * depth) {
       places_[*k] = Place::Tube;
-    } else if (at(station())) {
+    } else if (on_station()) {
       collisions_ += count(Place::Station);
       places_[*k] = Place::Station;
     } else {

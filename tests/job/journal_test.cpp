@@ -33,8 +33,12 @@ JobRecord record(std::uint64_t number, RecordKind kind = RecordKind::Enter) {
   out.pellet = 3;
   out.pellet_state = PelletState::Picked;
   out.attempt = 2;
-  out.put << 0.1, 0.2, 0.3, 0.4, 0.5, 0.6;
-  out.take = -out.put;
+  out.station.put << 0.1, 0.2, 0.3, 0.4, 0.5, 0.6;
+  out.station.take = -out.station.put;
+  out.station.second_put = 2 * out.station.put;
+  out.station.second_take = 3 * out.station.put;
+  out.station.visits = 2;
+  out.station.visit = 1;
   return out;
 }
 
@@ -70,8 +74,12 @@ TEST_CASE("what was appended is there again, to the last bit") {
     CHECK(out[k].pellet_state == in[k].pellet_state);
     CHECK(out[k].attempt == in[k].attempt);
     CHECK(out[k].stop == in[k].stop);
-    CHECK(out[k].put == in[k].put);
-    CHECK(out[k].take == in[k].take);
+    CHECK(out[k].station.put == in[k].station.put);
+    CHECK(out[k].station.take == in[k].station.take);
+    CHECK(out[k].station.second_put == in[k].station.second_put);
+    CHECK(out[k].station.second_take == in[k].station.second_take);
+    CHECK(out[k].station.visits == in[k].station.visits);
+    CHECK(out[k].station.visit == in[k].station.visit);
   }
   CHECK(again.last_number() == 3);
   CHECK(again.job() == "a");

@@ -46,8 +46,7 @@ JobBelief believe(std::span<const JobRecord> records) {
     note_pellet(out, record);
     out.phase = record.phase;
     out.pellet = record.pellet;
-    out.put = record.put;
-    out.take = record.take;
+    out.station = record.station;
   }
   return out;
 }

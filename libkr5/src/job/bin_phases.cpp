@@ -49,6 +49,7 @@ Outcome Supervisor::Machine::scan_bin(const robot::RobotReading& reading) noexce
 Outcome Supervisor::Machine::pick(const robot::RobotReading& reading) noexcept {
   if (!has_plan) return Outcome::NoPickLeft;
   if (stage == 0) {
+    fingers = false;
     set_grip(false);
     travel_to(planned.T_base_grasp, Way::Guarded);
     stage = 1;
@@ -73,13 +74,13 @@ Outcome Supervisor::Machine::pick(const robot::RobotReading& reading) noexcept {
 /// leaves it. So an interruption finds one or the other.
 Outcome Supervisor::Machine::stand(const robot::RobotReading& reading) noexcept {
   if (stage == 0) {
-    travel_to(planned.T_base_put, Way::Guarded);
+    travel_to(planned.visit(visit).T_base_put, Way::Guarded);
     stage = 1;
   }
   if (stage == 1) {
     if (lost_pellet(reading)) {
       if (!path.standing()) return Outcome::None;
-      return at_station(planned.T_base_put) ? Outcome::Stood : Outcome::Dropped;
+      return at_station(planned.visit(visit).T_base_put) ? Outcome::Stood : Outcome::Dropped;
     }
     if (!follow(reading)) return Outcome::None;
     set_grip(false);
@@ -93,8 +94,9 @@ Outcome Supervisor::Machine::stand(const robot::RobotReading& reading) noexcept 
 
 Outcome Supervisor::Machine::regrip(const robot::RobotReading& reading) noexcept {
   if (stage == 0) {
+    fingers = true;
     set_grip(false);
-    travel_to(planned.T_base_take, Way::Guarded);
+    travel_to(planned.visit(visit).T_base_take, Way::Guarded);
     stage = 1;
   }
   if (!follow(reading)) return Outcome::None;
@@ -104,7 +106,7 @@ Outcome Supervisor::Machine::regrip(const robot::RobotReading& reading) noexcept
   } else if (stage == 3) {
     return Outcome::NotGripped;
   }
-  if (grip_is(reading, true)) return Outcome::Gripped;
+  if (grip_is(reading, true)) return visit + 1 < planned.visits ? Outcome::HeldLying : Outcome::Gripped;
   if (seconds(grip_cycles) > options.grip_time) {
     set_grip(false);
     lift();

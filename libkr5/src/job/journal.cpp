@@ -19,7 +19,8 @@ constexpr const char* tables =
     "CREATE TABLE job(id TEXT NOT NULL);"
     "CREATE TABLE release(number INTEGER PRIMARY KEY, person TEXT NOT NULL);"
     "CREATE TABLE record(number INTEGER PRIMARY KEY, time REAL, kind TEXT, phase TEXT, outcome TEXT, pellet INTEGER,"
-    " pellet_state TEXT, attempt INTEGER, stop TEXT, put BLOB, take BLOB);";
+    " pellet_state TEXT, attempt INTEGER, stop TEXT, put BLOB, take BLOB,"
+    " second_put BLOB, second_take BLOB, visits INTEGER, visit INTEGER);";
 
 }  // namespace
 

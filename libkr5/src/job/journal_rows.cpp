@@ -51,7 +51,7 @@ class RowReader {
 }  // namespace
 
 void insert_record(SqliteDatabase& database, const JobRecord& r) {
-  SqliteStatement insert(database, "INSERT INTO record VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+  SqliteStatement insert(database, "INSERT INTO record VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
   insert.bind(1, static_cast<std::int64_t>(r.number));
   insert.bind(2, r.time);
   insert.bind(3, name_of(r.kind));
@@ -61,16 +61,18 @@ void insert_record(SqliteDatabase& database, const JobRecord& r) {
   insert.bind(7, name_of(r.pellet_state));
   insert.bind(8, static_cast<std::int64_t>(r.attempt));
   insert.bind(9, name_of(r.stop));
-  insert.bind_bytes(10, bytes_of(r.put));
-  insert.bind_bytes(11, bytes_of(r.take));
+  insert.bind_bytes(10, bytes_of(r.station.put));
+  insert.bind_bytes(11, bytes_of(r.station.take));
+  insert.bind_bytes(12, bytes_of(r.station.second_put));
+  insert.bind_bytes(13, bytes_of(r.station.second_take));
+  insert.bind(14, static_cast<std::int64_t>(r.station.visits));
+  insert.bind(15, static_cast<std::int64_t>(r.station.visit));
   insert.run();
 }
 
 std::vector<JobRecord> read_records(SqliteDatabase& database) {
   std::vector<JobRecord> out;
-  SqliteStatement row(database,
-                      "SELECT number, time, kind, phase, outcome, pellet, pellet_state, attempt, stop, put, take FROM "
-                      "record ORDER BY number");
+  SqliteStatement row(database, "SELECT * FROM record ORDER BY number");
   const RowReader read(database, row);
   while (row.next()) {
     JobRecord r;
@@ -83,8 +85,12 @@ std::vector<JobRecord> read_records(SqliteDatabase& database) {
     r.pellet_state = read.value<PelletState>(6, "pellet_state");
     r.attempt = read.count(7, "attempt");
     r.stop = read.value<StopReason>(8, "stop");
-    r.put = read.vector(9, "put");
-    r.take = read.vector(10, "take");
+    r.station.put = read.vector(9, "put");
+    r.station.take = read.vector(10, "take");
+    r.station.second_put = read.vector(11, "second_put");
+    r.station.second_take = read.vector(12, "second_take");
+    r.station.visits = read.count(13, "visits");
+    r.station.visit = read.count(14, "visit");
     out.push_back(r);
   }
   return out;

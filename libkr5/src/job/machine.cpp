@@ -24,10 +24,26 @@ const RestartDecision& startable(const RestartDecision& decision) {
   return decision;
 }
 
+PlannedPick plan_of(const StationPlan& s) {
+  return {
+      Pose::Identity(), {to_pose(s.put), to_pose(s.take)}, {to_pose(s.second_put), to_pose(s.second_take)}, s.visits};
+}
+
+StationPlan station_plan(const PlannedPick& p, int visit) noexcept {
+  return {to_vector(p.first.T_base_put),
+          to_vector(p.first.T_base_take),
+          to_vector(p.second.T_base_put),
+          to_vector(p.second.T_base_take),
+          p.visits,
+          visit};
+}
+
 PelletState state_after(Phase phase, Outcome outcome, PelletState before) noexcept {
   switch (outcome) {
     case Outcome::Gripped:
       return phase == Phase::Pick ? PelletState::Picked : PelletState::Regripped;
+    case Outcome::HeldLying:
+      return PelletState::Picked;
     case Outcome::Stood:
       return PelletState::Stood;
     case Outcome::AtDepth:
@@ -53,9 +69,10 @@ Supervisor::Machine::Machine(const JobOptions& given, const RestartDecision& dec
   state.pellet = decision.pellet;
   state.pellet_state = decision.pellet_state;
   state.inserted = decision.inserted;
-  planned.T_base_put = to_pose(decision.put);
-  planned.T_base_take = to_pose(decision.take);
-  gripper.hold = decision.gripped;
+  planned = plan_of(decision.station);
+  visit = decision.station.visit;
+  fingers = decision.pellet_state > PelletState::Picked || visit > 0;
+  gripper = {decision.gripped, false, fingers};
 }
 
 robot::RobotCommand Supervisor::Machine::step(const robot::RobotReading& reading) noexcept {
@@ -156,6 +173,7 @@ void Supervisor::Machine::prepare_pellet(Outcome outcome, Phase next_phase) noex
   if (next_phase != Phase::Pick) return;
   if (state.pellet == 0) state.pellet = ++tried;
   has_plan = next_pick < scan.count;
+  visit = 0;
   if (has_plan) planned = scan.picks[static_cast<std::size_t>(next_pick++)];
 }
 
@@ -167,6 +185,7 @@ void Supervisor::Machine::leave_phase(Outcome outcome) noexcept {
   if (next_phase == Phase::Stopped)
     return latch.trip(outcome == Outcome::CellFault ? StopReason::CellFault : StopReason::Exhausted);
   state.pellet_state = state_after(state.phase, outcome, state.pellet_state);
+  if (outcome == Outcome::HeldLying) ++visit;
   prepare_pellet(outcome, next_phase);
   coming = next_phase;
   write(RecordKind::Enter, next_phase);
@@ -182,8 +201,7 @@ void Supervisor::Machine::write(RecordKind kind, Phase phase) noexcept {
   record.pellet_state = state.pellet_state;
   record.attempt = retries[static_cast<std::size_t>(phase)] + 1;
   if (kind == RecordKind::Attempt) record.attempt = insertion_attempt;
-  record.put = to_vector(planned.T_base_put);
-  record.take = to_vector(planned.T_base_take);
+  record.station = station_plan(planned, visit);
   const std::uint64_t number = ring.push(record);
   if (number == 0) return latch.trip(StopReason::Journal);
   if (kind != RecordKind::Begin && kind != RecordKind::Enter) return;
@@ -204,7 +222,7 @@ void Supervisor::Machine::enter_phase() noexcept {
   state.phase_time = 0.0;
   state.attempt = retries[static_cast<std::size_t>(coming)] + 1;
   awaited = 0;
-  phase_cycles = stage = unheld = grip_cycles = grip_seen = 0;
+  phase_cycles = stage = unheld = grip_cycles = grip_seen = settle_cycles = 0;
   answered = dropping = false;
   path.start(commanded);
 }

@@ -75,18 +75,21 @@ struct Supervisor::Machine {
   Pose T_base_tube;
   PlannedPick planned;
   bool has_plan = false;  ///< Whether a pick of the scan is left to be tried.
+  int visit = 0;          ///< Of the station.
   int next_pick = 0;
   int tried = 0;
   bool hole_felt = false;  ///< A pellet went into the hole where it is believed.
   bool answered = false;   ///< What was asked for has come.
   bool dropping = false;
 
+  bool fingers = false;  ///< Hold the pellet, or will.
+
   bool begun = false;
   bool stop_written = false;
   std::uint64_t awaited = 0;  ///< Number of the record that is waited for; 0: none.
   Phase coming = Phase::CheckCell;
   std::int64_t cycle = 0;
-  int phase_cycles = 0, wait_cycles = 0, grip_cycles = 0, grip_seen = 0, unheld = 0;
+  int phase_cycles = 0, wait_cycles = 0, grip_cycles = 0, grip_seen = 0, unheld = 0, settle_cycles = 0;
   int stage = 0;
   int insertion_attempt = 1;
   std::array<int, phase_count> retries{};

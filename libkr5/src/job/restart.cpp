@@ -54,6 +54,11 @@ RestartDecision from_stand(const RestartDecision& d, const Evidence& e) {
 
 RestartDecision from_regrip(const RestartDecision& d, const Evidence& e) {
   if (e.gripped && e.measured.station.value_or(false)) return refused(d, RestartFinding::StationOccupied);
+  if (e.gripped && d.station.visit + 1 < d.station.visits) {
+    RestartDecision again = go_on(d, RestartFinding::WasRegripped, Phase::Stand, PelletState::Picked);
+    ++again.station.visit;
+    return again;
+  }
   if (e.gripped) return go_on(d, RestartFinding::WasRegripped, Phase::Approach, PelletState::Regripped);
   if (!e.measured.station) return refused(d, RestartFinding::StationUnseen);
   if (*e.measured.station) return go_on(d, RestartFinding::AsBelieved, Phase::Regrip, PelletState::Stood);
@@ -133,8 +138,7 @@ RestartDecision decide_restart(const JobBelief& belief, const RestartMeasurement
   d.pellet_state = belief.pellet_state();
   d.inserted = belief.inserted;
   d.tried = static_cast<int>(belief.pellets.size());
-  d.put = belief.put;
-  d.take = belief.take;
+  d.station = belief.station;
   d.gripped = measurements.reading.status.gripped;
   if (!T_base_tool.matrix().allFinite()) return refused(d, RestartFinding::PoseInvalid);
   if (belief.stop != StopReason::None) {

@@ -37,6 +37,8 @@ void JobOptions::validate() const {
   require(motion.speed < stop.speed, "motion.speed must be less than stop.speed [m/s]");
   require(motion.turning_speed < stop.turning_speed,
           "motion.turning_speed must be less than stop.turning_speed [rad/s]");
+  require(settle_time >= 0 && settle_time <= 60, "settle_time must lie between 0 and 60 s");
+  require(settled > 0 && std::isfinite(settled), "settled must be positive [m]");
   require(grip_time > 0 && grip_time <= 60, "grip_time must lie between 0 and 60 s");
   require(record_time > 0 && record_time <= 600, "record_time must lie between 0 and 600 s");
   require(check_time >= 0 && check_time <= 60, "check_time must lie between 0 and 60 s");

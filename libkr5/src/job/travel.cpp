@@ -64,10 +64,15 @@ void Supervisor::Machine::travel_to(const Pose& T_base_tool, Way last) noexcept 
   path.add(beyond, last);
 }
 
-/// A cycle along the path; whether it stands at its end.
+/// A cycle along the path; whether the arm has come to its end, too.
 bool Supervisor::Machine::follow(const robot::RobotReading& reading) noexcept {
   commanded = path.step(reading.wrench.head<3>());
-  return path.standing();
+  if (!path.standing()) {
+    settle_cycles = 0;
+    return false;
+  }
+  const double off = (reading.T_base_tool.translation() - commanded.translation()).norm();
+  return off < options.settled || seconds(++settle_cycles) > options.settle_time;
 }
 
 /// Whether a pellet that should be held is gone. The arm comes to rest before it says so.
@@ -84,7 +89,7 @@ bool Supervisor::Machine::at_station(const Pose& T_base_tool) const noexcept {
 }
 
 void Supervisor::Machine::set_grip(bool hold) noexcept {
-  gripper = {hold, false};
+  gripper = {hold, false, fingers};
   grip_cycles = grip_seen = 0;
 }
 

@@ -34,7 +34,7 @@ StopReason stop_of(force::Reason reason) noexcept {
 Outcome Supervisor::Machine::approach(const robot::RobotReading& reading) noexcept {
   if (lost_pellet(reading)) {
     if (!path.standing()) return Outcome::None;
-    return at_station(planned.T_base_take) ? Outcome::Stood : Outcome::Dropped;
+    return at_station(planned.visit(visit).T_base_take) ? Outcome::Stood : Outcome::Dropped;
   }
   if (stage == 0) {
     const Pose look = look_pose();
@@ -73,6 +73,7 @@ void Supervisor::Machine::step_insertion(const robot::RobotReading& reading) noe
   const robot::RobotCommand command = insertion.step(seen);
   commanded = T_base_tube * command.tool * options.places.T_tool_peg.inverse();
   gripper = command.gripper;
+  gripper.fingers = fingers;
   if (insertion.state().attempt == insertion_attempt) return;
   insertion_attempt = insertion.state().attempt;
   write(RecordKind::Attempt, state.phase);

@@ -35,8 +35,7 @@ struct JobBelief {
   std::vector<PelletEntry> pellets;
   int inserted = 0;
   StopReason stop = StopReason::None;
-  Vector6 put = Vector6::Zero();   ///< [m, rad]
-  Vector6 take = Vector6::Zero();  ///< [m, rad]
+  StationPlan station;
 
   /// State of the pellet in work; waiting when there is none.
   PelletState pellet_state() const noexcept;
@@ -48,8 +47,7 @@ struct JobBelief {
     visit("pellets", self.pellets, "Every pellet that was tried.");
     visit("inserted", self.inserted, "Number of pellets in the tube.");
     visit("stop", self.stop, "Stop that nobody has released.");
-    visit("put", self.put, "Pose of the tool at which the pellet is put on the station: translation, rotation vector.");
-    visit("take", self.take, "Pose of the tool at which it is taken there: translation, rotation vector.");
+    visit("station", self.station, "How the pellet in work goes over the station.");
   }
 };
 

@@ -44,6 +44,8 @@ struct JobOptions {
   StopLimits stop;
   force::InsertionOptions insertion;
   PhaseTable phases = usual_phases();
+  double settle_time = 0.5;        ///< [s]
+  double settled = 3e-4;           ///< [m]
   double grip_time = 0.3;          ///< [s]
   double record_time = 2.0;        ///< [s]
   double check_time = 0.1;         ///< [s]
@@ -63,6 +65,8 @@ struct JobOptions {
     visit("stop", self.stop, "Limits that stop the arm.");
     visit("insertion", self.insertion, "Options of the insertion; its attempts are the retries of the phase search.");
     visit("phases", self.phases, "State machine.");
+    visit("settle_time", self.settle_time, "Longest time given to the arm to come to where it was sent [s].");
+    visit("settled", self.settled, "Distance from there within which it counts as come [m].");
     visit("grip_time", self.grip_time, "Time given to the gripper to hold, or to let go [s].");
     visit("record_time", self.record_time, "Time given to a record to be on the disk [s].");
     visit("check_time", self.check_time, "Duration of the check of the cell [s].");

@@ -37,17 +37,32 @@ struct PerceptionRequest {
   }
 };
 
-/// How one pellet goes from the bin to where the tube's gripper takes it. Whoever plans it keeps the gripper clear of
-/// bin and pile (kr5/picking/grasp.hpp, placing.hpp); the approach of each pose is along Z of the tool.
-struct PlannedPick {
-  Pose T_base_grasp = Pose::Identity();
+/// A pellet is put on the station and taken up again in another way.
+struct StationVisit {
   Pose T_base_put = Pose::Identity();
   Pose T_base_take = Pose::Identity();
 
   static void each_field(auto& self, auto&& visit) {
+    visit("T_base_put", self.T_base_put, "Tool that puts the pellet on the station [m].");
+    visit("T_base_take", self.T_base_take, "Tool that takes it there, with the fingers where there are any [m].");
+  }
+};
+
+/// How one pellet goes from the bin to where the tube's gripper takes it: over the station once, or twice when it has
+/// to be laid down before it can be stood up. Whoever plans it keeps the gripper clear of bin and pile
+/// (kr5/picking/grasp.hpp, placing.hpp); the approach of each pose is along Z of the tool.
+struct PlannedPick {
+  Pose T_base_grasp = Pose::Identity();
+  StationVisit first, second;
+  int visits = 1;
+
+  const StationVisit& visit(int number) const noexcept { return number == 0 ? first : second; }
+
+  static void each_field(auto& self, auto&& visit) {
     visit("T_base_grasp", self.T_base_grasp, "Tool that grips the pellet in the bin [m].");
-    visit("T_base_put", self.T_base_put, "Tool that puts it on the station [m].");
-    visit("T_base_take", self.T_base_take, "Tool that takes it there for the tube [m].");
+    visit("first", self.first, "First visit of the station.");
+    visit("second", self.second, "Second visit.");
+    visit("visits", self.visits, "Number of visits: 1 | 2.");
   }
 };
 

@@ -47,6 +47,7 @@ enum class Outcome {
   NothingGraspable,
   BinEmpty,
   Gripped,
+  HeldLying,  ///< The gripper holds it, but not as it goes into the tube: it is put down once more.
   NotGripped,
   NoPickLeft,  ///< Every pick of the scan has been tried.
   Stood,
@@ -74,6 +75,7 @@ constexpr auto enum_names(Outcome) {
                          {NothingGraspable, "nothing_graspable"},
                          {BinEmpty, "bin_empty"},
                          {Gripped, "gripped"},
+                         {HeldLying, "held_lying"},
                          {NotGripped, "not_gripped"},
                          {NoPickLeft, "no_pick_left"},
                          {Stood, "stood"},
@@ -95,7 +97,7 @@ constexpr auto enum_names(Outcome) {
 /// Where a pellet of the job is.
 enum class PelletState {
   Waiting,    ///< In the bin.
-  Picked,     ///< In the gripper, as it was taken from the bin.
+  Picked,     ///< In the gripper, on its way to the station.
   Stood,      ///< On the station.
   Regripped,  ///< In the gripper, as it goes into the tube.
   Seated,     ///< At its depth in the tube, still held.

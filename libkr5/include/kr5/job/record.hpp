@@ -30,6 +30,25 @@ constexpr auto enum_names(RecordKind) {
                             {Release, "release"}});
 }
 
+/// How a pellet goes over the station, as it is written down: poses of the tool, translation and rotation vector each.
+struct StationPlan {
+  Vector6 put = Vector6::Zero();          ///< [m, rad]
+  Vector6 take = Vector6::Zero();         ///< [m, rad]
+  Vector6 second_put = Vector6::Zero();   ///< [m, rad]
+  Vector6 second_take = Vector6::Zero();  ///< [m, rad]
+  int visits = 1;
+  int visit = 0;
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("put", self.put, "Tool that puts the pellet on the station [m, rad].");
+    visit("take", self.take, "Tool that takes it there [m, rad].");
+    visit("second_put", self.second_put, "The same of a second visit [m, rad].");
+    visit("second_take", self.second_take, "The same of a second visit [m, rad].");
+    visit("visits", self.visits, "Number of visits: 1 | 2.");
+    visit("visit", self.visit, "Number of the visit that is due or under way, from 0.");
+  }
+};
+
 struct JobRecord {
   std::uint64_t number = 0;
   double time = 0.0;  ///< [s]
@@ -40,8 +59,7 @@ struct JobRecord {
   PelletState pellet_state = PelletState::Waiting;
   int attempt = 0;
   StopReason stop = StopReason::None;
-  Vector6 put = Vector6::Zero();   ///< [m, rad]
-  Vector6 take = Vector6::Zero();  ///< [m, rad]
+  StationPlan station;
 
   static void each_field(auto& self, auto&& visit) {
     visit("number", self.number, "Number of the record, from 1.");
@@ -53,8 +71,7 @@ struct JobRecord {
     visit("pellet_state", self.pellet_state, "Where it is.");
     visit("attempt", self.attempt, "Number of the attempt, from 1.");
     visit("stop", self.stop, "Reason of the stop.");
-    visit("put", self.put, "Pose of the tool at which the pellet is put on the station: translation, rotation vector.");
-    visit("take", self.take, "Pose of the tool at which it is taken there: translation, rotation vector.");
+    visit("station", self.station, "How the pellet in work goes over the station.");
   }
 };
 

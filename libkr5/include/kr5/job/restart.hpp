@@ -98,8 +98,7 @@ struct RestartDecision {
   int tried = 0;
   StopReason stop = StopReason::None;
   bool gripped = false;
-  Vector6 put = Vector6::Zero();   ///< [m, rad]
-  Vector6 take = Vector6::Zero();  ///< [m, rad]
+  StationPlan station;
 
   static void each_field(auto& self, auto&& visit) {
     visit("status", self.status, "Whether the job can go on.");
@@ -111,8 +110,7 @@ struct RestartDecision {
     visit("tried", self.tried, "Number of pellets that were tried so far.");
     visit("stop", self.stop, "Stop that nobody has released.");
     visit("gripped", self.gripped, "Whether the gripper holds something.");
-    visit("put", self.put, "Pose of the tool at which the pellet is put on the station: translation, rotation vector.");
-    visit("take", self.take, "Pose of the tool at which it is taken there: translation, rotation vector.");
+    visit("station", self.station, "How the pellet in work goes over the station.");
   }
 };
 
