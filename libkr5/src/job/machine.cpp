@@ -77,6 +77,7 @@ Supervisor::Machine::Machine(const JobOptions& given, const RestartDecision& dec
 
 robot::RobotCommand Supervisor::Machine::step(const robot::RobotReading& reading) noexcept {
   ++cycle;
+  time = reading.time;
   latch.step(reading, row().force);
   if (ring.failed()) latch.trip(StopReason::Journal);
   if (latch.latched()) return hold_stopped(reading);
@@ -193,7 +194,7 @@ void Supervisor::Machine::leave_phase(Outcome outcome) noexcept {
 
 void Supervisor::Machine::write(RecordKind kind, Phase phase) noexcept {
   JobRecord record;
-  record.time = seconds(1) * static_cast<double>(cycle);
+  record.time = time;
   record.kind = kind;
   record.phase = phase;
   record.outcome = state.outcome;

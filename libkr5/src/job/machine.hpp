@@ -89,6 +89,7 @@ struct Supervisor::Machine {
   std::uint64_t awaited = 0;  ///< Number of the record that is waited for; 0: none.
   Phase coming = Phase::CheckCell;
   std::int64_t cycle = 0;
+  double time = 0.0;  ///< Of the reading of this cycle [s].
   int phase_cycles = 0, wait_cycles = 0, grip_cycles = 0, grip_seen = 0, unheld = 0, settle_cycles = 0;
   int stage = 0;
   int insertion_attempt = 1;
