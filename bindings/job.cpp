@@ -38,6 +38,7 @@ void bind_journal(py::module_& m) {
   m.def(
       "believe", [](const std::vector<JobRecord>& records) { return believe(records); }, py::arg("records"),
       "What records say, the oldest first.");
+  m.def("journal_job", &journal_job, py::arg("file"), "Id of the job that a database belongs to.");
   py::class_<Journal>(m, "Journal",
                       "Records of a job on a disk, written ahead. Opens the database of a job, or makes it; raises "
                       "IoError for one of another job, version or program, or one that is in use.")
@@ -64,7 +65,7 @@ void bind_restart(py::module_& m) {
 }
 
 void bind_perception(py::module_& m) {
-  bind_enum<RequestKind>(m, "RequestKind", "What a supervisor asks for: none | scan | hole.");
+  bind_enum<RequestKind>(m, "RequestKind", "What a supervisor asks for: none | sweep | scan | hole.");
   bind_struct<PerceptionRequest>(m, "PerceptionRequest", "What is to be looked at.");
   bind_struct<StationVisit>(m, "StationVisit", "A pellet is put on the station and taken up again.");
   bind_struct<PlannedPick>(m, "PlannedPick", "How one pellet goes from the bin to the tube's gripper.");

@@ -49,6 +49,7 @@ class FakeCell {
     job::JobOptions out;
     out.pellets = pellets;
     out.places.T_base_scan = pointing_down({0.4, 0.0, 0.3});
+    out.places.T_base_scan_end = pointing_down({0.4, 0.05, 0.3});
     out.places.T_base_tube = believed_tube();
     out.places.T_tool_peg = T_tool_peg();
     out.insertion.bodies = bodies;

@@ -89,10 +89,8 @@ class Program {
   void answer() {
     const job::PerceptionRequest asked = supervisor_->request();
     if (asked.kind == job::RequestKind::None || random_.integer(10) != 0) return;
-    if (asked.kind == job::RequestKind::Scan)
-      supervisor_->deliver(cell_.scan(asked.stamp));
-    else
-      supervisor_->deliver(cell_.look(asked.stamp));
+    if (asked.kind == job::RequestKind::Scan) supervisor_->deliver(cell_.scan(asked.stamp));
+    if (asked.kind == job::RequestKind::Hole) supervisor_->deliver(cell_.look(asked.stamp));
   }
 
   FakeCell& cell_;

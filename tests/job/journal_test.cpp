@@ -85,6 +85,12 @@ TEST_CASE("what was appended is there again, to the last bit") {
   CHECK(again.job() == "a");
 }
 
+TEST_CASE("a journal tells whose it is") {
+  Folder folder;
+  { Journal(folder / "job.db", "Monday, first bin"); }
+  CHECK(journal_job(folder / "job.db") == "Monday, first bin");
+}
+
 TEST_CASE("numbers that do not follow the last one are refused, and nothing of them is written") {
   Folder folder;
   Journal journal(folder / "job.db", "a");
@@ -123,6 +129,8 @@ TEST_CASE("the database of another job, version or program is refused in words, 
   std::ofstream(folder / "text.db") << std::string(2000, 'x');
   CHECK_THAT(problem_of([&] { Journal(folder / "text.db", "a"); }),
              EndsWith("text.db: is no journal of a job; name another file"));
+  CHECK_THAT(problem_of([&] { journal_job(folder / "none.db"); }),
+             EndsWith("none.db: is not there; name the journal of a job"));
   CHECK_THAT(problem_of([&] { Journal(folder / "none/job.db", "a"); }),
              EndsWith("job.db: cannot be opened; name a file in a folder that can be written"));
 }

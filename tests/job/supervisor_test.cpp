@@ -176,7 +176,14 @@ TEST_CASE("what was not asked for, or no longer, is not taken") {
   Supervisor& supervisor = program.supervisor();
   program.answering = false;
   CHECK_FALSE(supervisor.deliver(cell.scan(0)));
-  program.run([&] { return supervisor.request().kind == RequestKind::Scan; });
+  bool swept = false;
+  program.run([&] {
+    swept = swept || supervisor.request().kind == RequestKind::Sweep;
+    return supervisor.request().kind == RequestKind::Scan;
+  });
+  CHECK(swept);
+  const JobOptions options = FakeCell::options(1);
+  CHECK((cell.tool().translation() - options.places.T_base_scan_end.translation()).norm() < options.settled);
   const std::int64_t stamp = supervisor.request().stamp;
   CHECK_FALSE(supervisor.deliver(cell.scan(stamp - 1)));
   CHECK_FALSE(supervisor.deliver(cell.look(stamp)));

@@ -37,8 +37,16 @@ Outcome Supervisor::Machine::scan_bin(const robot::RobotReading& reading) noexce
   }
   if (!follow(reading)) return Outcome::None;
   if (stage == 1) {
-    request = {RequestKind::Scan, cycle, state.pellet};
+    const Pose& end = options.places.T_base_scan_end;
+    if (!end.isApprox(options.places.T_base_scan)) request = {RequestKind::Sweep, cycle, state.pellet};
+    path.start(commanded);
+    path.add(end, Way::Scan);
     stage = 2;
+    return Outcome::None;
+  }
+  if (stage == 2) {
+    request = {RequestKind::Scan, cycle, state.pellet};
+    stage = 3;
   }
   if (!answered) return Outcome::None;
   next_pick = 0;

@@ -22,7 +22,25 @@ constexpr const char* tables =
     " pellet_state TEXT, attempt INTEGER, stop TEXT, put BLOB, take BLOB,"
     " second_put BLOB, second_take BLOB, visits INTEGER, visit INTEGER);";
 
+/// The id of the job, in tables of this version.
+std::string checked_job(SqliteDatabase& sqlite) {
+  if (sqlite.number("PRAGMA application_id") != application)
+    sqlite.fail("is a database of another program", "name another file");
+  if (const auto version = sqlite.number("PRAGMA user_version"); version != journal_version)
+    sqlite.fail(
+        "has version " + std::to_string(version) + " of the journal, expected " + std::to_string(journal_version),
+        "finish that job with the program that began it, or name another file");
+  SqliteStatement select(sqlite, "SELECT id FROM job");
+  return select.next() ? select.text(0) : "";
+}
+
 }  // namespace
+
+std::string journal_job(const std::filesystem::path& file) {
+  if (!std::filesystem::exists(file)) throw IoError(file.string() + ": is not there; name the journal of a job");
+  SqliteDatabase sqlite(file);
+  return checked_job(sqlite);
+}
 
 struct Journal::Database {
   Database(const std::filesystem::path& file, std::string id) : sqlite(file), job(std::move(id)) {}
@@ -49,14 +67,7 @@ struct Journal::Database {
   }
 
   void check_tables() {
-    if (sqlite.number("PRAGMA application_id") != application)
-      sqlite.fail("is a database of another program", "name another file");
-    if (const auto version = sqlite.number("PRAGMA user_version"); version != journal_version)
-      sqlite.fail(
-          "has version " + std::to_string(version) + " of the journal, expected " + std::to_string(journal_version),
-          "finish that job with the program that began it, or name another file");
-    SqliteStatement select(sqlite, "SELECT id FROM job");
-    const std::string found = select.next() ? select.text(0) : "";
+    const std::string found = checked_job(sqlite);
     if (found != job)
       sqlite.fail("belongs to the job '" + found + "', expected '" + job + "'",
                   "name the file of this job, or a new one");

@@ -16,6 +16,7 @@ void require_pose(const Pose& T, const char* message) {
 
 void check_places(const JobPlaces& p) {
   require_pose(p.T_base_scan, "places.T_base_scan is no rigid motion");
+  require_pose(p.T_base_scan_end, "places.T_base_scan_end is no rigid motion");
   require_pose(p.T_base_tube, "places.T_base_tube is no rigid motion");
   require_pose(p.T_tool_peg, "places.T_tool_peg is no rigid motion");
   require(std::isfinite(p.travel_height), "places.travel_height is no number [m]");

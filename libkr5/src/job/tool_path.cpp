@@ -15,6 +15,7 @@ void PathLimits::validate() const {
   require(turning_speed > 0 && turning_speed <= 100, "turning_speed must lie between 0 and 100 rad/s");
   require(turning_acceleration > 0 && turning_acceleration <= 1e4,
           "turning_acceleration must lie between 0 and 10000 rad/s^2");
+  require(scan_speed > 0 && scan_speed <= speed, "scan_speed must lie between 0 and speed [m/s]");
   require(contact_speed > 0 && contact_speed <= speed, "contact_speed must lie between 0 and speed [m/s]");
   require(touch_force > 0 && std::isfinite(touch_force), "touch_force must be positive [N]");
 }
@@ -44,7 +45,7 @@ void ToolPath::add(const Pose& T_base_tool, Way way) noexcept {
   const Eigen::AngleAxisd turn(s.from.linear().transpose() * s.to.linear());
   s.turn = turn.angle() * turn.axis();
   const double length = (s.to.translation() - s.from.translation()).norm(), angle = std::abs(turn.angle());
-  const double speed = way == Way::Free ? limits_.speed : limits_.contact_speed;
+  const double speed = way == Way::Free ? limits_.speed : way == Way::Scan ? limits_.scan_speed : limits_.contact_speed;
   constexpr robot::QuinticProfile peak = robot::quintic_profile_peak;
   const double time = std::max({peak.v * length / speed, std::sqrt(peak.a * length / limits_.acceleration),
                                 peak.v * angle / limits_.turning_speed,

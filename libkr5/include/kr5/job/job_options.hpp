@@ -13,6 +13,7 @@ namespace kr5::job {
 /// Where things are, and how the arm goes from one to the other.
 struct JobPlaces {
   Pose T_base_scan = Pose::Identity();
+  Pose T_base_scan_end = Pose::Identity();
   Pose T_base_tube = Pose::Identity();
   Pose T_tool_peg = Pose::Identity();
   double travel_height = 0.2;  ///< [m]
@@ -22,7 +23,8 @@ struct JobPlaces {
   double near_tube = 0.02;     ///< [m]
 
   static void each_field(auto& self, auto&& visit) {
-    visit("T_base_scan", self.T_base_scan, "Tool from where the bin is scanned [m].");
+    visit("T_base_scan", self.T_base_scan, "Tool where the scan of the bin begins [m].");
+    visit("T_base_scan_end", self.T_base_scan_end, "Tool where it ends; the same for one that needs no motion [m].");
     visit("T_base_tube", self.T_base_tube, "Tube, as it is believed before it is looked for [m].");
     visit("T_tool_peg", self.T_tool_peg,
           "Pellet in the tool once it is regripped: bottom centre, Z along its axis [m].");

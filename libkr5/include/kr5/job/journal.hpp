@@ -50,6 +50,10 @@ class Journal {
   std::unique_ptr<Database> database_;
 };
 
+/// The id of the job that a database belongs to. @throws IoError naming the file, for one that is not there, or is
+/// none.
+std::string journal_job(const std::filesystem::path& file);
+
 /// Writes what is in the ring; whether it could. What could not be written stays in the ring, which says that it
 /// failed. @param problem The error in words, where it could not.
 bool write_records(RecordRing& ring, Journal& journal, std::string& problem);

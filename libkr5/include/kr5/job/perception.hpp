@@ -17,12 +17,13 @@ namespace kr5::job {
 
 enum class RequestKind {
   None,
-  Scan,  ///< What can be picked from the bin; the arm stands where the scan begins.
-  Hole,  ///< Where the tube is; the arm stands over where it is believed.
+  Sweep,  ///< Profiles of the bin are to be taken from now on, while the arm moves over it; nothing is answered.
+  Scan,   ///< What can be picked from the bin; the arm stands where its way over it ends.
+  Hole,   ///< Where the tube is; the arm stands over where it is believed.
 };
 constexpr auto enum_names(RequestKind) {
   using enum RequestKind;
-  return names<RequestKind>({{None, "none"}, {Scan, "scan"}, {Hole, "hole"}});
+  return names<RequestKind>({{None, "none"}, {Sweep, "sweep"}, {Scan, "scan"}, {Hole, "hole"}});
 }
 
 struct PerceptionRequest {
@@ -31,7 +32,7 @@ struct PerceptionRequest {
   int pellet = 0;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("kind", self.kind, "What is asked for: none | scan | hole.");
+    visit("kind", self.kind, "What is asked for: none | sweep | scan | hole.");
     visit("stamp", self.stamp, "Cycle in which it was asked.");
     visit("pellet", self.pellet, "Number of the pellet it is for; 0: none.");
   }

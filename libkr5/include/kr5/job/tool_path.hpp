@@ -17,6 +17,7 @@ struct PathLimits {
   double acceleration = 2.5;           ///< [m/s^2]
   double turning_speed = 2.0;          ///< [rad/s]
   double turning_acceleration = 10.0;  ///< [rad/s^2]
+  double scan_speed = 0.06;            ///< [m/s]
   double contact_speed = 0.02;         ///< [m/s]
   double touch_force = 3.0;            ///< [N]
 
@@ -28,6 +29,7 @@ struct PathLimits {
     visit("acceleration", self.acceleration, "Maximum acceleration of the tool tip [m/s^2].");
     visit("turning_speed", self.turning_speed, "Maximum turning speed of the tool [rad/s].");
     visit("turning_acceleration", self.turning_acceleration, "Maximum angular acceleration of the tool [rad/s^2].");
+    visit("scan_speed", self.scan_speed, "Maximum speed over the bin while it is scanned [m/s].");
     visit("contact_speed", self.contact_speed, "Maximum speed where something may be touched [m/s].");
     visit("touch_force", self.touch_force, "Force against such a motion that ends it [N].");
   }
@@ -37,6 +39,7 @@ struct PathLimits {
 enum class Way {
   Free,     ///< As fast as the limits allow.
   Slow,     ///< At the speed of contact.
+  Scan,     ///< At the speed of a scan.
   Guarded,  ///< At the speed of contact, until something is touched.
 };
 
