@@ -8,6 +8,7 @@
 #include <kr5/job/journal.hpp>
 #include <kr5/job/supervisor.hpp>
 
+#include "joint_vector_conversion.hpp"
 #include "struct_binder.hpp"
 
 namespace py = pybind11;

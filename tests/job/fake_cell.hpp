@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <vector>
@@ -129,7 +130,7 @@ class FakeCell {
   Vector6 push = Vector6::Zero();  ///< On the tool, beside the contacts [N, N m].
 
  private:
-  static constexpr double reach = 4e-3;
+  static constexpr double reach = 4e-3, stiffness = 2e4;
 
   std::optional<std::size_t> held() const { return first(Place::Gripper); }
   std::optional<std::size_t> first(Place place) const {
@@ -160,13 +161,17 @@ class FakeCell {
       places_[*k] = at(grasps_[*k]) ? Place::Bin : Place::Floor;
     }
   }
-  /// The top of the tube pushes a pellet up where it stands on it.
+  /// The top of the tube pushes a pellet up where it stands on it, the wall of the bore one that is inside.
   Vector6 contact() const {
     Vector6 out = Vector6::Zero();
     const Eigen::Vector3d p = peg().translation();
     if (!held() || p.z() > 1e-3) return out;
-    const double height = force::rest_peg_on_tube(bodies, 0.0, 0.0, p.head<2>()).height;
-    if (height > p.z()) out.z() = 2e4 * (height - p.z());  // no number where nothing carries it
+    const double off = p.head<2>().norm(), play = bodies.inner_radius - bodies.peg_radius;
+    if (off > bodies.outer_radius) return out;
+    if (p.z() < -1e-3 && off > play) out.head<2>() = -stiffness * (off - play) / off * p.head<2>();
+    if (p.z() >= -1e-3 && off > play) out.z() = -stiffness * std::min(p.z(), 0.0);
+    const Eigen::Vector3d arm = tool_.linear() * T_tool_peg().translation();
+    out.tail<3>() = arm.cross(Eigen::Vector3d(out.head<3>()));
     return out;
   }
 

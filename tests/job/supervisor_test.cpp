@@ -21,7 +21,9 @@ TEST_CASE("every pellet of the bin goes into the tube") {
   INFO("phase " << name_of(program.supervisor().state().stopped_in) << ", stop "
                 << name_of(program.supervisor().state().stop) << ", outcome "
                 << name_of(program.supervisor().state().outcome) << ", insertion "
-                << name_of(program.supervisor().insertion().phase));
+                << name_of(program.supervisor().insertion().phase) << ", reason "
+                << name_of(program.supervisor().insertion().reason) << " in "
+                << name_of(program.supervisor().insertion().stopped_in));
   CHECK(program.supervisor().state().phase == Phase::Done);
   CHECK(cell.count(Place::Tube) == 4);
   CHECK(cell.collisions() == 0);
