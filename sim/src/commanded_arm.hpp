@@ -93,7 +93,6 @@ class CommandedArm {
   void send(const robot::RobotCommand& command, const Moved& moved);
   /// The reading of this cycle; the same until the next one.
   const robot::RobotReading& read(bool gripped);
-  const robot::RobotReading& told() const { return told_; }
 
   /// Wrench of the environment on the tool at the origin of S, in B, from now on [N, N m].
   void touch(const Vector6& wrench);

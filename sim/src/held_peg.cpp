@@ -19,9 +19,11 @@ constexpr double local_stiffness = 2e6;           // of the touching edges, what
 constexpr double closing = 4.0;                   // Hunt-Crossley, so little that 100 N of it are still resolved [s/m]
 constexpr double damped = 0.5;                    // of critical, across and about the grip
 constexpr double resolved = 2e-4;                 // step that resolves peg and fingers on that stiffness [s]
-constexpr double free_resolved = 0.4 * resolved;  // the same of a peg alone, which is lighter [s]
-constexpr double free_angle = 0.4;                // of its oscillation on what it touches, in such a step [rad]
-constexpr double free_drag = 900.0;  // friction of a peg alone while it sticks, over speed and mass, at most [1/s]
+constexpr double slid_resolved = 0.4 * resolved;  // the same of a peg that slides alone, which is lighter [s]
+constexpr double free_resolved = 4e-5;            // of one that was let go, on a contact so soft that it [s]
+constexpr double free_angle = 0.1;                // oscillates in a step by this [rad]
+constexpr double free_closing = 20.0;             // so that what falls comes to rest after few impacts [s/m]
+constexpr double free_drag = 900.0;  // friction of such a peg while it sticks, over speed and mass, at most [1/s]
 constexpr int steps_a_search = 3;    // in 0.6 ms nothing new is touched deeply
 constexpr double guiding = 0.5;      // of its stiffness is left of a grip that lets slide
 constexpr double air_gap = 2e-4;     // above the highest point of contact nothing is looked for [m]
@@ -68,11 +70,15 @@ HeldPeg::HeldPeg(const cell::Cell& cell, const PegBody& body, const Grip& grip,
   angular_damping_ = 2 * damped * std::sqrt(grip.angular * about);
   law_ = free_law_ = {local_stiffness, closing, axial_.friction(), 0.3 * local_stiffness, 100.0};
   free_law_.stiffness = std::min(local_stiffness, mass_ * std::pow(free_angle / free_resolved, 2));
+  free_law_.damping = free_closing;
   free_law_.tangential_stiffness = 0.3 * free_law_.stiffness;
   free_law_.tangential_damping = std::min(100.0, free_drag * mass_);
 }
 
-double HeldPeg::longest_step() const { return state_.held ? resolved : free_resolved; }
+double HeldPeg::longest_step() const {
+  if (state_.free) return free_resolved;
+  return state_.held ? resolved : slid_resolved;
+}
 
 void HeldPeg::place(const Pose& T_peg) { place(T_peg, Vector6::Zero()); }
 
@@ -171,7 +177,7 @@ const force::Contacts& HeldPeg::contacts(const Vector6& twist, double step) {
     contacts_.count = searched_ = 0;
     return contacts_;
   }
-  if (searched_-- <= 0) {
+  if (state_.free || searched_-- <= 0) {
     searched_ = steps_a_search - 1;
     return contacts_ = surroundings_->contacts(state_.T);
   }

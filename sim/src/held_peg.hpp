@@ -92,7 +92,6 @@ class HeldPeg {
   HeldPegState state() const { return state_; }
   void restore(const HeldPegState& state);
   const Pose& pose() const { return state_.T; }
-  const PegBody& body() const { return body_; }
   double mass() const { return mass_; }
   bool touching() const { return contacts_.count > 0; }
   /// Of its fastest point [m/s].

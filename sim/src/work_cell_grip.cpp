@@ -61,12 +61,14 @@ std::unique_ptr<HeldPeg> WorkCell::World::peg_of(int number, const Pose& T_pelle
 
 void WorkCell::World::tell_gripper(const robot::GripperCommand& command) {
   GripperState& g = now.gripper;
-  if (command.hold != g.told.hold || command.fingers != g.told.fingers) {
+  const bool keeps = command.hold && g.pellet >= 0;  // whichever gripper is meant: the one that holds stays closed
+  if (!keeps && (command.hold != g.told.hold || command.fingers != g.told.fingers)) {
     if (g.pellet >= 0) let_go();
     g.since = arm.time();
     g.spent = false;
+    g.told = command;
   }
-  g.told = command;
+  g.told.air = command.air;
 }
 
 /// The nearest pellet that a gripper takes which closes now; a cup goes on sucking, fingers close once.

@@ -10,6 +10,8 @@
 #include <catch2/catch.hpp>
 
 #include <kr5/core/error.hpp>
+#include <kr5/force/insertion.hpp>
+#include <kr5/sim/insertion_options.hpp>
 #include <support/work_cell_driver.hpp>
 
 namespace work_cell_test {
@@ -104,20 +106,24 @@ void put_down_leaning(WorkCell& cell, WorkCellDriver& driver, double lean) {
   driver.wait(3.0);
 }
 
-/// From the bin over the stand, until the cup holds it by its end face.
-void stand_up(WorkCell& cell, WorkCellDriver& driver) {
+/// From the bin over the stand, until a gripper holds it upright at a height above its lower end.
+void stand_up(WorkCell& cell, WorkCellDriver& driver, bool fingers, double height) {
   pick(cell, driver);
   put_down_leaning(cell, driver, critical_lean(first(cell)) - 0.15);
   Pose back = driver.last().tool;
   back.translation() -= 0.08 * back.linear().col(2);
   driver.go(back, 1.5);
-  const Vector3d top = top_of(first(cell));
-  driver.go(down_at(top + Vector3d(0, 0, 0.05)), 2.0);
-  driver.go(down_at(top + Vector3d(0, 0, 0.3 * mm)), 1.5);
-  driver.grip(true);
-  driver.wait(0.3);
-  driver.go(down_at(top + Vector3d(0, 0, 0.08)), 1.5);
+  const PelletTruth standing = first(cell);
+  const Vector3d at = standing.T_base_pellet.translation() + Vector3d(0, 0, height - 0.5 * standing.height);
+  driver.go(down_at(at + Vector3d(0, 0, 0.05)), 2.0);
+  driver.go(down_at(at), 1.5);
+  driver.grip(true, fingers);
+  driver.wait(0.5);
+  driver.go(down_at(at + Vector3d(0, 0, 0.08)), 1.5);
 }
+
+/// The same by the cup on its upper face.
+void stand_up(WorkCell& cell, WorkCellDriver& driver) { stand_up(cell, driver, false, first(cell).height + 0.3 * mm); }
 
 /// Lowers the lower end of an upright pellet to a height over the face of the tube, beside its axis.
 void lower_into_tube(WorkCell& cell, WorkCellDriver& driver, const Vector3d& end) {
@@ -198,21 +204,19 @@ TEST_CASE("a pellet let go over the stand falls as gravity has it, and comes to 
   const double height = lower_end(first(cell)) - stand.z();
   REQUIRE(height == Approx(drop).margin(0.2 * mm));
   driver.grip(false);
-  double energy = HUGE_VAL, last = lower_end(first(cell));
-  const double begin = cell.truth().time;
-  double landed = 0.0;
+  const double fall = std::sqrt(2 * height / gravity), begin = cell.truth().time;
+  double last = lower_end(first(cell)), landed = 0.0, energy = 0.0;
   for (int k = 0; k < 100; ++k) {
     driver.step();
-    const PelletTruth now = first(cell);
-    const double speed = (lower_end(now) - last) / cell.cycle();
-    last = lower_end(now);
-    if (landed == 0.0 && last - stand.z() < 0.1 * mm) landed = cell.truth().time - begin;
-    const double total = gravity * (last - stand.z()) + 0.5 * speed * speed;
-    if (landed == 0.0) CHECK(total == Approx(gravity * height).epsilon(0.15));
-    energy = std::min(energy, total);
+    const double now = lower_end(first(cell)), speed = (now - last) / cell.cycle();
+    energy = gravity * (0.5 * (now + last) - stand.z()) + 0.5 * speed * speed;  // in the middle of the cycle
+    last = now;
+    const double time = cell.truth().time - begin;
+    if (time < fall) CHECK(energy == Approx(gravity * height).epsilon(0.02));
+    if (landed == 0.0 && now - stand.z() < 1 * mm) landed = time;
   }
-  CHECK(landed == Approx(std::sqrt(2 * height / gravity)).margin(1.5 * cell.cycle()));
-  CHECK(energy < 0.01 * gravity * height);
+  CHECK(landed == Approx(fall).margin(1.5 * cell.cycle()));
+  CHECK(std::abs(energy) < 1e-3 * gravity * height);
   driver.wait(1.0);
   CHECK(first(cell).place == PelletPlace::Stand);
   CHECK(lower_end(first(cell)) == Approx(stand.z()).margin(0.01 * mm));
@@ -245,12 +249,10 @@ TEST_CASE("a pellet pressed on the stand pushes back as the stiffness of grip an
   const double gap = lower_end(first(cell)) - stand.z();
   const double depth = 0.4 * mm;
   driver.go(lowered(cell, stand + Vector3d(0, 0, 0.05 - gap - depth)), 2.0, 4.0);
-  const double pressed = -cell.truth().contact.z() + weight_of(cell, first(cell));
   const double local = 2e6;  // of the pellet's edge on the plate [N/m]
-  // Along the axis of the pellet the cell states the stiffness; across it the grip has the same.
   const double stiffness = 1 / (1 / cell.believed().contact->stiffness + 1 / local);
   INFO("contact " << cell.truth().contact.transpose());
-  CHECK(-pressed == Approx(-stiffness * depth).epsilon(0.05));
+  CHECK(cell.truth().contact.z() == Approx(stiffness * depth).epsilon(0.01));
   CHECK(driver.reading.wrench.z() == Approx(cell.truth().contact.z()).margin(0.1));
 }
 
@@ -371,6 +373,43 @@ TEST_CASE("a pellet beside the bore stands on the face of the tube, however it i
   const double force = cell.truth().contact.z(), most = cell.believed().contact->stiffness * pressed;
   CHECK(force > 0.5 * most);
   CHECK(force < 1.02 * most);
+}
+
+TEST_CASE("the insertion of the library puts a pellet into a tube that is not where it is assumed") {
+  WorkCellOptions options = exact();
+  options.pour.height_min = options.pour.height_max = 0.017;
+  options.noise = true;
+  options.errors.repeatability = 1e-4;
+  options.errors.tube_offset = {2 * mm, -1 * mm};
+  WorkCell cell(arc(), options);
+  WorkCellDriver driver(cell);
+  const double height = 0.013;  // of the fingers above its lower end [m]
+  stand_up(cell, driver, true, height);
+  REQUIRE(cell.truth().gripped == 0);
+
+  const cell::Cell& believed = cell.believed();
+  InsertionSetup setup;
+  setup.clearance = options.clearance;
+  force::InsertionOptions insertion = insertion_options(believed, setup);
+  insertion.grip.height = height;
+  force::InsertionFrames frames{believed.tube->T_base_tube, Pose::Identity()};
+  frames.T_tool_peg.translation().z() = height;
+  frames.T_tool_peg.rotate(Eigen::AngleAxisd(M_PI, Vector3d::UnitX()));
+  Pose above = Pose::Identity();
+  above.translation().z() = 0.015;
+  driver.go(force::T_base_tool(frames, above), 3.0);
+  force::Insertion controller(insertion, frames);
+  const double begin = cell.truth().time;
+  while (!controller.finished() && cell.truth().time - begin < 300) {
+    robot::RobotCommand command = controller.step(cell.read());
+    command.gripper.fingers = true;
+    cell.send(command);
+  }
+  INFO("phase " << name_of(controller.state().stopped_in) << ", reason " << name_of(controller.state().reason));
+  CHECK(controller.state().phase == force::Phase::Done);
+  CHECK(first(cell).tube == 0);
+  CHECK(first(cell).depth > 0.9 * insertion.motion.depth);
+  CHECK(cell.truth().max_force < insertion.limits.force);
 }
 
 TEST_CASE("cells of one seed do the same, those of another one something else") {
@@ -507,9 +546,10 @@ TEST_CASE("bad options are named with what holds them") {
   CHECK_THAT(refused([](auto& o) { o.bin.wall = 0; }), Contains("bin.wall"));
   CHECK_THAT(refused([](auto& o) { o.pour.pellets = 0; }), Contains("pour.pellets"));
   CHECK_THAT(refused([](auto& o) { o.scanner.points = 0; }), Contains("scanner.points"));
-  CHECK_THAT(
-      refused([](auto& o) { o.further_tubes.push_back(Pose(Eigen::Scaling(2.0) * Eigen::Isometry3d::Identity())); }),
-      Contains("further_tubes[0]: must be a rigid motion"));
+  Pose stretched = Pose::Identity();
+  stretched.matrix()(0, 0) = 2.0;
+  CHECK_THAT(refused([&](auto& o) { o.further_tubes.push_back(stretched); }),
+             Contains("further_tubes[0]: must be a rigid motion"));
   cell::Cell bare = arc();
   bare.contact.reset();
   CHECK_THROWS_WITH(WorkCell(bare, exact()), Contains("contact"));
