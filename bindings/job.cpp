@@ -5,7 +5,7 @@
 
 #include <kr5/core/error.hpp>
 #include <kr5/job/job_statistics.hpp>
-#include <kr5/job/journal.hpp>
+#include <kr5/job/journal_writer.hpp>
 #include <kr5/job/supervisor.hpp>
 
 #include "joint_vector_conversion.hpp"
@@ -121,7 +121,7 @@ void bind_supervisor(py::module_& m) {
   py::class_<WritingSupervisor>(m, "Supervisor",
                                 "The job from bin to tube: step it once a cycle, answer what it asks for. Its records "
                                 "are in the journal when a step returns; in the cycle of a real controller that is "
-                                "done in another thread (kr5/job/journal.hpp).")
+                                "done in another thread (kr5/job/journal_writer.hpp).")
       .def(py::init<const JobOptions&, const RestartDecision&, Journal&>(), py::arg("options"), py::arg("start"),
            py::arg("journal"), py::keep_alive<1, 4>())
       .def("step", &WritingSupervisor::step, py::arg("reading"), "Command of this cycle.")

@@ -7,7 +7,7 @@
 
 #include <unistd.h>
 
-#include <kr5/job/journal.hpp>
+#include <kr5/job/journal_writer.hpp>
 #include <kr5/job/supervisor.hpp>
 
 #include "fake_cell.hpp"

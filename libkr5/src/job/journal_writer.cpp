@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/job/journal_writer.hpp>
+
 #include <atomic>
 #include <chrono>
 #include <mutex>
@@ -6,7 +8,6 @@
 #include <vector>
 
 #include <kr5/core/error.hpp>
-#include <kr5/job/journal.hpp>
 
 namespace kr5::job {
 

@@ -10,7 +10,6 @@
 
 #include <kr5/job/belief.hpp>
 #include <kr5/job/record.hpp>
-#include <kr5/job/record_ring.hpp>
 
 /// @file
 /// The records of a job on a disk, in an SQLite database with a log written ahead: after a loss of power it holds
@@ -53,27 +52,5 @@ class Journal {
 /// The id of the job that a database belongs to. @throws IoError naming the file, for one that is not there, or is
 /// none.
 std::string journal_job(const std::filesystem::path& file);
-
-/// Writes what is in the ring; whether it could. What could not be written stays in the ring, which says that it
-/// failed. @param problem The error in words, where it could not.
-bool write_records(RecordRing& ring, Journal& journal, std::string& problem);
-
-/// Writes what comes into a ring, in a thread of its own, until it is destroyed.
-class JournalWriter {
- public:
-  /// Ring and journal must outlive it.
-  JournalWriter(RecordRing& ring, Journal& journal);
-  /// Writes what is left.
-  ~JournalWriter();
-  JournalWriter(const JournalWriter&) = delete;
-  JournalWriter& operator=(const JournalWriter&) = delete;
-
-  /// The last error in words; empty: none.
-  std::string problem() const;
-
- private:
-  struct Worker;
-  std::unique_ptr<Worker> worker_;
-};
 
 }  // namespace kr5::job
