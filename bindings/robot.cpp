@@ -1,36 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <kr5/core/error.hpp>
 #include <kr5/robot/loopback.hpp>
 
 #include <pybind11/functional.h>
 
+#include "joint_vector_conversion.hpp"
 #include "struct_binder.hpp"
 
 namespace py = pybind11;
 using namespace kr5::robot;
 using kr5::python::bind_enum;
 using kr5::python::bind_struct;
-
-namespace kr5::python {
-
-/// One number a joint; more than a robot may have are refused.
-template <>
-struct Convert<JointVector> {
-  static std::string text() { return "numpy.ndarray"; }
-  static std::string argument() { return "numpy.typing.ArrayLike"; }
-  static std::string shape() { return "(n,)"; }
-  static py::object to_plain(const JointVector& value) { return py::cast(Eigen::VectorXd(value)).attr("tolist")(); }
-  static JointVector from_python(const py::handle& value, const std::string& where) {
-    const auto values = Convert<Eigen::VectorXd>::from_python(value, where);
-    try {
-      return joint_vector(values);
-    } catch (const InvalidArgument& e) {
-      throw InvalidArgument(where + ": " + e.what());
-    }
-  }
-};
-
-}  // namespace kr5::python
 
 namespace {
 

@@ -11,6 +11,7 @@
 #include <kr5/sim/insertion_options.hpp>
 #include <kr5/sim/pellet_bin.hpp>
 #include <kr5/sim/scene.hpp>
+#include <kr5/sim/work_cell.hpp>
 
 #include "effect_conversion.hpp"
 #include "struct_binder.hpp"
@@ -310,6 +311,64 @@ static void bind_bin_sensors(py::module_& m) {
       "int of the same shape: number of the pellet, BIN_WALL, BIN_FLOOR or BIN_NOTHING.");
 }
 
+static void bind_work_cell_structs(py::module_& m) {
+  bind_enum<ScanPlace>(m, "ScanPlace", "Place where pellets are looked for.");
+  bind_enum<PelletPlace>(m, "PelletPlace", "Place where a pellet of a work cell is.");
+  bind_struct<GripOptions>(m, "GripOptions", "How one of the grippers of a work cell holds.");
+  bind_struct<StandShape>(m, "StandShape", "A plate on which pellets are put down.");
+  bind_struct<WorkCellErrors>(m, "WorkCellErrors",
+                              "Differences between a work cell and what its controller is told; standard deviations "
+                              "are drawn once a cell.");
+  bind_struct<WorkCellOptions>(m, "WorkCellOptions", "What stands in a work cell, and how it differs from its model.");
+  bind_struct<PelletTruth>(m, "PelletTruth", "Where a pellet of a work cell is.");
+  bind_struct<WorkCellTruth>(m, "WorkCellTruth", "What is so in a work cell, whatever its sensors say.");
+  py::class_<WorkCellState>(m, "WorkCellState", "The whole state of a work cell between two cycles.")
+      .def(
+          "save", [](const WorkCellState& self, const std::filesystem::path& file) { save_state(self, file); },
+          py::arg("file"), "Writes the state in one go. IoError names the file.")
+      .def_static("load", &load_state, py::arg("file"),
+                  "Reads a state. IoError names a file that is not there, or is no state of a work cell.");
+}
+
+static void bind_work_cell(py::module_& m) {
+  bind_work_cell_structs(m);
+  py::class_<WorkCell>(m, "WorkCell",
+                       "A simulated work cell for the way of pellets from a bin to tubes: arm, force/torque sensor, "
+                       "suction cup and fingers, scanner and camera; read, step, send, once a cycle.")
+      .def(py::init<const kr5::cell::Cell&, const WorkCellOptions&>(), py::arg("cell"),
+           py::arg("options") = WorkCellOptions{}, py::call_guard<py::gil_scoped_release>())
+      .def_property_readonly("believed", &WorkCell::believed, py::return_value_policy::copy,
+                             "Cell as its controller is told it is (a copy).")
+      .def_property_readonly("options", &WorkCell::options, py::return_value_policy::copy, "Options (a copy).")
+      .def_property_readonly("cycle", &WorkCell::cycle, "Time between two readings [s].")
+      .def("place", &WorkCell::place, py::arg("joints"),
+           "Stands at joint values, at rest, with no command on its way [rad or m].")
+      .def("read", &WorkCell::read, "Reading of this cycle.")
+      .def("send", &WorkCell::send, py::arg("command"), py::call_guard<py::gil_scoped_release>(),
+           "Command of this cycle, which ends it.")
+      .def("start_scan", &WorkCell::start_scan, "Takes a profile each cycle from now on.")
+      .def("finish_scan", &WorkCell::finish_scan, py::arg("place"), py::call_guard<py::gil_scoped_release>(),
+           "Profiles over the real motion, with the poses that the arm reported.")
+      .def(
+          "profile",
+          [](WorkCell& self) {
+            const Profile profile = self.profile();
+            return py::make_tuple(profile.x, profile.z);
+          },
+          "Profile of the line scanner of the cell on stand and tubes at this instant: x and z in its own frame, NaN "
+          "without a reading [m].")
+      .def(
+          "bin_picture",
+          [](const WorkCell& self, const BinImageOptions& options) { return self.bin_picture(options).grey; },
+          py::arg("options") = BinImageOptions{},
+          "Picture of the bin by the camera of the cell, uint8 of shape (height, width).")
+      .def("picture", &WorkCell::picture, "What the camera has before it besides pellets, for kr5.vision.render.")
+      .def("truth", &WorkCell::truth, "What is so in the cell. Not for controllers.")
+      .def("state", &WorkCell::state, "The whole state, after a command and before the next reading.")
+      .def("restore", &WorkCell::restore, py::arg("state"),
+           "Goes on from a state of a cell of the same options. InvalidArgument names the field that does not fit.");
+}
+
 void bind_sim(py::module_& m) {
   bind_enum<ContactBy>(m, "ContactBy", "Method that finds the contacts of peg, tube and bench.");
   bind_struct<DartSimulatorOptions>(m, "DartSimulatorOptions", "Step of the integration.");
@@ -323,4 +382,5 @@ void bind_sim(py::module_& m) {
   bind_insertion(m);
   bind_pile(m);
   bind_bin_sensors(m);
+  bind_work_cell(m);
 }

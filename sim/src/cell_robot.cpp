@@ -15,7 +15,7 @@
 #include <kr5/sim/sensors.hpp>
 
 #include "ik_solver.hpp"
-#include "servo_lead.hpp"
+#include "joint_lead.hpp"
 
 namespace kr5::sim {
 namespace {
@@ -86,7 +86,7 @@ struct CellRobot::State {
 
   // What the joint servos are told: the ends of the latest cycles, the newest first, each joint with its own delay.
   std::deque<VectorXd> told_joints;
-  ServoLead lead;
+  JointLead lead;
 
   // The servo of the path, as a motion from where it began: translation and rotation vector in axes of B.
   Pose T_base_begin = Pose::Identity();
@@ -128,7 +128,7 @@ void CellRobot::State::stand(const VectorXd& q) {
   double latest = 0.0;
   for (const cell::SecondOrder& servo : arm.drives().servo) latest = std::max(latest, servo.delay);
   told_joints.assign(static_cast<std::size_t>(std::ceil(latest / cycle)) + 3, q);
-  lead.reset(q);
+  lead.start(q);
   path.clear();
   braked = false;
 }
@@ -142,7 +142,7 @@ Vector6 CellRobot::State::from_begin(const Pose& T_base_tool) const {
 
 /// The servo begins at rest where the arm was last asked to be.
 void CellRobot::State::begin_path() {
-  T_base_begin = ik.chain().flange(lead.position()) * believed.T_flange_tool;
+  T_base_begin = ik.chain().flange(lead.q()) * believed.T_flange_tool;
   const physics::PathServo of_cell(cell);
   physics::PathServo position = of_cell;
   position.cycle = cycle;
@@ -180,12 +180,12 @@ std::optional<VectorXd> CellRobot::State::asked_joints(const robot::RobotCommand
   const bool complete = command.joints.size() == told.joints.size() && command.joints.allFinite();
   const VectorXd q = robot::commanded_joints(command, told.joints);
   if (!complete || !within_limits(q)) return std::nullopt;
-  lead.reset(q);
+  lead.start(q);
   return q;
 }
 
 std::optional<VectorXd> CellRobot::State::posture(const Pose& T_base_tool) {
-  return ik.posture(T_base_tool * believed.T_flange_tool.inverse(), lead.position());
+  return ik.posture(T_base_tool * believed.T_flange_tool.inverse(), lead.q());
 }
 
 std::optional<VectorXd> CellRobot::State::asked_by_tool(const robot::RobotCommand& command) {
@@ -195,9 +195,9 @@ std::optional<VectorXd> CellRobot::State::asked_by_tool(const robot::RobotComman
   const Pose T_base_asked = robot::commanded_tool(command, told.T_base_tool);
   std::optional<VectorXd> q = posture(T_base_asked);
   if (!q) return std::nullopt;
-  if (!has_servo) return lead.reset(*q), q;
+  if (!has_servo) return lead.start(*q), q;
   q = posture(behind_path_servo(T_base_asked));
-  return q ? std::optional<VectorXd>(lead.ahead(*q)) : std::nullopt;
+  return q ? std::optional<VectorXd>(lead.next(*q)) : std::nullopt;
 }
 
 /// One step of the joint servos; their delay is that of the path where there is one.
@@ -249,7 +249,7 @@ void CellRobot::State::send(const robot::RobotCommand& command) {
     if (command.target == robot::CommandTarget::Joints) asked = asked_joints(command);
     if (command.target == robot::CommandTarget::Tool) asked = asked_by_tool(command);
     reachable = asked || command.target == robot::CommandTarget::None;
-    told_joints.push_front(asked ? *asked : lead.ahead(lead.position()));
+    told_joints.push_front(asked ? *asked : lead.next(lead.q()));
     told_joints.pop_back();
     move();
   }

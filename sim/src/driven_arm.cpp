@@ -77,5 +77,7 @@ void DrivenArm::drive(const VectorXd& current) {
 
 const ArmReading& DrivenArm::read() { return state_->read(); }
 double DrivenArm::energy() { return state_->energy(); }
+DrivenArmState DrivenArm::state() const { return state_->state(); }
+void DrivenArm::restore(const DrivenArmState& state) { state_->restore(state); }
 
 }  // namespace kr5::sim

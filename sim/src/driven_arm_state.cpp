@@ -5,6 +5,7 @@
 #include <cmath>
 #include <iomanip>
 #include <sstream>
+#include <utility>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -235,6 +236,36 @@ double DrivenArm::State::energy() {
     out += 0.5 * spring.stiffness * strain * strain;
   }
   return out;
+}
+
+DrivenArmState DrivenArm::State::state() const {
+  return {t,       step,    looked_up, x,      v,     a,      q, qd, qdd, servo.empty() ? x : servo.command(),
+          inertia, current, dry,       torque, ideal, limited};
+}
+
+void DrivenArm::State::restore(const DrivenArmState& from) {
+  for (const auto& [values, name] : {std::pair{&from.position, "position"},
+                                     {&from.velocity, "velocity"},
+                                     {&from.acceleration, "acceleration"},
+                                     {&from.link, "link"},
+                                     {&from.link_velocity, "link_velocity"},
+                                     {&from.link_acceleration, "link_acceleration"},
+                                     {&from.command, "command"}})
+    require(values->size() == x.size() && values->allFinite(),
+            std::string(name) + ": " + std::to_string(x.size()) + " finite joint values are needed");
+  require(from.step > 0.0 && from.step <= longest_step,
+          "step: must be positive and at most " + milliseconds(longest_step));
+  t = from.t, step = from.step, looked_up = from.looked_up;
+  x = from.position, v = from.velocity, a = from.acceleration;
+  q = from.link, qd = from.link_velocity, qdd = from.link_acceleration;
+  inertia = from.inertia, current = from.current, dry = from.friction, torque = from.torque;
+  ideal = from.ideal, limited = from.limited, fresh = false;
+  arm.set_clock(t);
+  arm.set_state(q, qd);
+  servo = physics::ServoBank(drives.servo, step, physics::CommandHold::FirstOrderHold);
+  if (servo.empty()) return;
+  servo.reset(from.command);
+  servo.set(x, v);
 }
 
 DrivenArm::State::Point DrivenArm::State::middle() const {

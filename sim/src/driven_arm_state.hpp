@@ -86,6 +86,8 @@ struct DrivenArm::State {
 
   const ArmReading& read();
   double energy();
+  DrivenArmState state() const;
+  void restore(const DrivenArmState& from);
 };
 
 }  // namespace kr5::sim

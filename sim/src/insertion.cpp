@@ -7,12 +7,13 @@
 #include <kr5/core/error.hpp>
 #include <kr5/physics/contact.hpp>
 #include <kr5/physics/tube.hpp>
+#include <kr5/robot/quintic_profile.hpp>
 #include <kr5/robot/servo_feedforward.hpp>
 #include <kr5/sim/insertion_options.hpp>
 
+#include "actual_cell.hpp"
 #include "insertion_arm.hpp"
 #include "insertion_limits.hpp"
-#include "quintic_profile.hpp"
 #include "scene_rows.hpp"
 
 namespace kr5::sim {
@@ -27,39 +28,6 @@ constexpr double carry_speed = 0.3;  // greatest, on the way there and back [m/s
 constexpr double picking = 0.3;      // [s]
 constexpr double falling = 1.0;      // given to a peg that was let go [s]
 constexpr double most_of = 0.9;      // of the depth that counts as inserted
-
-/// Frame of a tube that lies along Y of the base and opens against it, where the cell's tube is.
-Pose horizontal_tube(const Pose& T_base_tube) {
-  Pose out = T_base_tube;
-  out.linear() << 1, 0, 0, 0, 0, -1, 0, 1, 0;
-  return out;
-}
-
-/// The cell as it is in truth: the bore made to the clearance, the tube where it stands, what is not known exactly
-/// drawn.
-cell::Cell actual_cell(const cell::Cell& given, const InsertionSetup& setup) {
-  cell::Cell out = given;
-  const double bore = given.peg->radius + setup.clearance, grown = bore - given.tube->inner_radius;
-  out.tube->inner_radius = bore;
-  out.tube->outer_radius += grown;
-  physics::widen_tube(out, grown);
-  if (setup.horizontal) out.tube->T_base_tube = horizontal_tube(given.tube->T_base_tube);
-  Random random(setup.seed * 0x9E3779B97F4A7C15ull + 11);
-  physics::shift_tube(out, {setup.offset.x(), setup.offset.y(), 0.0});
-  if (!setup.noise) return out;
-  const double factor = std::max(1 + random.normal(setup.stiffness_error), 0.1);
-  physics::scale_contact_stiffness(out, factor);
-  physics::shift_tube(out, {0.0, 0.0, random.normal(setup.face_error)});
-  physics::tilt_tube(out, Eigen::Vector2d(random.normal(setup.tube_tilt), random.normal(setup.tube_tilt)));
-  const auto spread = [&](double error) { return std::max(1 + random.normal(error), 0.1); };
-  if (out.servo->tool) {
-    out.servo->tool->natural_frequency *= spread(setup.servo_error);
-    out.servo->tool->damping_ratio *= spread(setup.servo_error);
-  }
-  const double friction = spread(setup.friction_error);
-  physics::scale_contact_friction(out, friction);
-  return out;
-}
 
 std::vector<std::string> columns(int joints) {
   std::vector<std::string> out = {"t",  "peg", "phase", "attempt", "x",  "y",      "z",      "tilt",   "azimuth",  "fx",
@@ -172,11 +140,11 @@ class Task {
     const Vector3d way = to.translation() - from.translation();
     const PathLimits most = path_limits(cell_);
     const double duration =
-        std::max({quintic_profile_peak.v * way.norm() / std::min(carry_speed, most.speed),
-                  std::sqrt(quintic_profile_peak.a * way.norm() / most.acceleration), arm_.cycle()});
+        std::max({robot::quintic_profile_peak.v * way.norm() / std::min(carry_speed, most.speed),
+                  std::sqrt(robot::quintic_profile_peak.a * way.norm() / most.acceleration), arm_.cycle()});
     const robot::ServoFeedforward lead(options_.servo_frequency, options_.servo_damping);
     for (double t = arm_.cycle(); t < duration + 2 * arm_.cycle(); t += arm_.cycle()) {
-      const QuinticProfile now = quintic_profile(t / duration);
+      const robot::QuinticProfile now = robot::quintic_profile(t / duration);
       const double v = now.v / duration, a = now.a / (duration * duration);
       last_ = robot::tool_command(force::T_base_tool(
           arm_.frames(), Pose(Eigen::Translation3d(from.translation() + way * (now.x + lead(v, a))))));

@@ -18,9 +18,6 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 using std::numbers::pi;
 
-constexpr double wandering = 1.5;  // time in which the arm forgets how far it was off [s]
-constexpr double lever = 0.5;      // over which the same errors turn the tool [m]
-
 Grip grip_of(const cell::Cell& cell, const InsertionSetup& setup, const Pose& T_actual_base) {
   const force::GripModel believed = believed_grip(cell, setup);
   Random random(setup.seed * 2 + 3);
@@ -62,10 +59,11 @@ InsertionArm::InsertionArm(const cell::Cell& real, const InsertionSetup& setup)
       encoders_(arm_.drives(), 0.0, setup.noise ? real.noise.position : 0.0, setup.seed * 2 + 2),
       believed_(cell::sensor_model(real)),
       cycle_(real.servo->cycle),
-      lead_(*real.servo, cycle_),
       T_base_tube_(real.tube->T_base_tube),
       T_tube_actual_(physics::T_tube_actual(real)),
-      T_actual_base_((T_base_tube_ * T_tube_actual_).inverse()) {
+      T_actual_base_((T_base_tube_ * T_tube_actual_).inverse()),
+      wander_(setup.repeatability),
+      lead_(*real.servo, cycle_) {
   relative_ = cell_.servo->correction && cell_.servo->correction->mode == cell::CorrectionMode::Relative;
   arm_.set_environment([this](const Pose&, const Vector6&, double) { return on_tool_; });
   regrip();
@@ -84,7 +82,7 @@ Pose InsertionArm::flange_for(const Pose& T_tube_peg) const {
 void InsertionArm::regrip() {
   grip_ = Pose::Identity();
   if (!setup_.noise) return;
-  for (int i = 0; i < 6; ++i) off_[i] = random_.normal(setup_.repeatability / 3 / (i < 3 ? 1.0 : lever));
+  wander_.draw(random_);
   grip_.translation() << random_.normal(setup_.grip_error), random_.normal(setup_.grip_error), 0.0;
   grip_.linear() = exp_rotation({random_.normal(setup_.grip_tilt), random_.normal(setup_.grip_tilt), 0.0});
 }
@@ -93,6 +91,7 @@ void InsertionArm::regrip() {
 bool InsertionArm::choose_turn(const Pose& T_tube_peg, double tilt) {
   double least = std::numeric_limits<double>::infinity();
   Pose best = T_peg_tool_;
+  VectorXd chosen;
   for (int turn = 0; turn < 12; ++turn) {
     T_peg_tool_ = Pose::Identity();
     T_peg_tool_.linear() =
@@ -110,9 +109,10 @@ bool InsertionArm::choose_turn(const Pose& T_tube_peg, double tilt) {
     if (!q || greatest >= least) continue;
     least = greatest;
     best = T_peg_tool_;
-    lead_.reset(*q);
+    chosen = *q;
   }
   T_peg_tool_ = best;
+  if (chosen.size() > 0) lead_.start(chosen);
   return std::isfinite(least);
 }
 
@@ -128,7 +128,7 @@ bool InsertionArm::start(const Pose& T_tube_peg, double tilt) {
     rotation.correction.total.reset();
     for (int i = 0; i < 5; ++i) servo_.emplace_back(i < 3 ? position : rotation, at[i]);
   }
-  command_ = lead_.position();
+  command_ = lead_.q();
   arm_.reset(command_);
   reading_ = arm_.read();
   held_ = held();
@@ -148,19 +148,9 @@ Pose InsertionArm::commanded(const Pose& T_tube_peg) {
   return tilted_pose(out.head<3>(), out.tail<2>());
 }
 
-void InsertionArm::wander(double passed) {
-  if (!setup_.noise) return;
-  const double keep = std::exp(-passed / wandering), fresh = std::sqrt(1 - keep * keep);
-  for (int i = 0; i < 6; ++i)
-    off_[i] = keep * off_[i] + random_.normal(fresh * setup_.repeatability / 3 / (i < 3 ? 1.0 : lever));
-}
-
 Pose InsertionArm::held() {
-  Pose T_actual_peg =
-      T_actual_base_ * arm_.arm().T_base_flange() * physics::tool_offset(cell_) * T_peg_tool_.inverse() * grip_;
-  T_actual_peg.translation() += off_.head<3>();
-  T_actual_peg.linear() = exp_rotation(off_.tail<3>()) * T_actual_peg.linear();
-  return T_actual_peg;
+  return wander_.applied(T_actual_base_ * arm_.arm().T_base_flange() * physics::tool_offset(cell_) *
+                         T_peg_tool_.inverse() * grip_);
 }
 
 /// The peg through a time in which the grip goes steadily to where it is now.
@@ -192,8 +182,7 @@ void InsertionArm::hold_peg() { peg_.place(held_); }
 std::optional<VectorXd> InsertionArm::asked(const robot::RobotCommand& command) {
   if (command.target == robot::CommandTarget::Joints) return VectorXd(robot::commanded_joints(command, told_.joints));
   if (command.target == robot::CommandTarget::Tool) T_base_asked_ = robot::commanded_tool(command, told_.T_base_tool);
-  return ik_.posture(flange_for(commanded(T_base_tube_.inverse() * T_base_asked_ * T_peg_tool_.inverse())),
-                     lead_.position());
+  return ik_.posture(flange_for(commanded(T_base_tube_.inverse() * T_base_asked_ * T_peg_tool_.inverse())), lead_.q());
 }
 
 void InsertionArm::send(const robot::RobotCommand& command) {
@@ -202,9 +191,9 @@ void InsertionArm::send(const robot::RobotCommand& command) {
   if (!stopped_) {
     const std::optional<VectorXd> q = asked(command);
     reachable_ = q.has_value();
-    command_ = lead_.ahead(reachable_ ? *q : lead_.position());
+    command_ = lead_.next(reachable_ ? *q : lead_.q());
   } else {
-    command_ = lead_.position();
+    command_ = lead_.q();
   }
   peg_.hold(command.gripper.hold, command.gripper.air);
   const int steps = static_cast<int>(std::ceil(cycle_ / arm_.step() - 1e-6));
@@ -215,7 +204,7 @@ void InsertionArm::send(const robot::RobotCommand& command) {
     arm_.follow(before + (command_ - before) * i / steps);
     if (stiff && i < steps) continue;
     const double passed = stiff ? cycle_ : cycle_ / steps;
-    wander(passed);
+    if (setup_.noise) wander_.pass(passed, random_);
     reading_ = arm_.read();
     move_peg(held(), passed);
   }

@@ -12,9 +12,10 @@
 #include <kr5/sim/insertion.hpp>
 #include <kr5/sim/sensors.hpp>
 
+#include "arm_wander.hpp"
 #include "held_peg.hpp"
 #include "ik_solver.hpp"
-#include "servo_lead.hpp"
+#include "joint_lead.hpp"
 
 namespace kr5::sim {
 
@@ -57,7 +58,6 @@ class InsertionArm : public robot::Robot {
   Pose commanded(const Pose& T_tube_peg);
   /// Where the grip really would hold the peg, in the real tube.
   Pose held();
-  void wander(double passed);
   void move_peg(const Pose& to, double passed);
 
   cell::Cell cell_;
@@ -75,12 +75,12 @@ class InsertionArm : public robot::Robot {
   Pose T_base_asked_ = Pose::Identity();    ///< Where the tool was last asked to be.
   Coordinates seen_ = Coordinates::Zero();  ///< What the arm last read of itself.
   double cycle_ = 0.0, time_ = 0.0;
-  ServoLead lead_;  ///< From joint setpoints to what the joint servos are told.
   Pose T_base_tube_ = Pose::Identity(), T_tube_actual_ = Pose::Identity(), T_actual_base_ = Pose::Identity();
   Pose T_peg_tool_ = Pose::Identity();  ///< The grip's turn about the peg.
   Pose grip_ = Pose::Identity();        ///< Where the peg really sits in it.
-  Vector6 off_ = Vector6::Zero();       ///< How far the arm is off at the moment, in T.
-  Eigen::VectorXd command_;             ///< What they were told last.
+  ArmWander wander_;                    ///< In T.
+  JointLead lead_;
+  Eigen::VectorXd command_;  ///< What the servos of the joints were told last [rad or m].
   ArmReading reading_;
   Pose held_ = Pose::Identity();
   Vector6 on_tool_ = Vector6::Zero();  ///< Of the peg, at S, in B.

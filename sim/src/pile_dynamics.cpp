@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <tuple>
 
 namespace kr5::sim {
 namespace {
@@ -27,6 +28,12 @@ double clamped_change(double& sum, double change, double low, double high) {
   const double before = sum;
   sum = std::clamp(before + change, low, high);
   return sum - before;
+}
+
+/// The same in every step in which the same parts touch.
+std::uint64_t contact_key(int a, int b, int feature) {
+  return (static_cast<std::uint64_t>(a) << 40) | (static_cast<std::uint64_t>(b & 0xffffff) << 16) |
+         static_cast<std::uint64_t>(feature);
 }
 
 }  // namespace
@@ -91,8 +98,7 @@ Vector3d PileDynamics::turned(int body, const Vector3d& torque) const {
 void PileDynamics::add_contact(int a, int b, const CylinderContact& found) {
   Contact& c = contacts_.emplace_back();
   c.a = a, c.b = b >= 0 ? b : nobody;
-  c.key = (static_cast<std::uint64_t>(a) << 40) | (static_cast<std::uint64_t>(b & 0xffffff) << 16) |
-          static_cast<std::uint64_t>(found.feature);
+  c.key = contact_key(a, b, found.feature);
   c.normal = found.normal, c.gap = found.gap;
   c.arm_a = found.point - bodies_[static_cast<std::size_t>(a)].shape.centre;
   c.arm_b = b >= 0 ? Vector3d(found.point - bodies_[static_cast<std::size_t>(b)].shape.centre) : Vector3d::Zero();
@@ -299,6 +305,49 @@ void PileDynamics::finish_step() {
     body.velocity.setZero(), body.spin.setZero();
   }
   time_ += options_.step;
+}
+
+Vector6 PileDynamics::grip_wrench() const {
+  Vector6 out = Vector6::Zero();
+  if (grip_) out << grip_->impulse, grip_->twist;
+  return out * (substeps / options_.step);
+}
+
+bool PileDynamics::alone(int body, double margin) const {
+  const CylinderBody& shape = bodies_[static_cast<std::size_t>(body)].shape;
+  for (const PlaneBody& plane : planes_)
+    if (plane_contacts(shape, plane, margin).count > 0) return false;
+  for (int i = 0; i < static_cast<int>(bodies_.size()); ++i)
+    if (i != body && cylinder_contacts(bodies_[static_cast<std::size_t>(i)].shape, shape, margin).count > 0)
+      return false;
+  return true;
+}
+
+PileMotion PileDynamics::motion() const {
+  PileMotion out;
+  out.time = time_;
+  for (std::size_t i = 0; i < bodies_.size(); ++i)
+    out.bodies.push_back(
+        {pellet(static_cast<int>(i)), bodies_[i].velocity, bodies_[i].spin, bodies_[i].quiet, bodies_[i].asleep});
+  for (const auto& [key, impulse] : remembered_)
+    out.impulses.push_back(
+        {static_cast<int>(key >> 40), static_cast<int>(key >> 16 & 0xffffff), static_cast<int>(key & 0xffff), impulse});
+  std::sort(out.impulses.begin(), out.impulses.end(), [](const PileImpulse& a, const PileImpulse& b) {
+    return std::tie(a.body, a.other, a.feature) < std::tie(b.body, b.other, b.feature);
+  });
+  return out;
+}
+
+void PileDynamics::restore(const PileMotion& motion) {
+  bodies_.clear(), contacts_.clear(), remembered_.clear();
+  grip_.reset();
+  for (const PileBodyMotion& from : motion.bodies) {
+    add(from.pellet, from.asleep);
+    PileBody& body = bodies_.back();
+    body.velocity = from.velocity, body.spin = from.spin, body.quiet = from.quiet;
+  }
+  for (const PileImpulse& i : motion.impulses) remembered_[contact_key(i.body, i.other, i.feature)] = i.impulse;
+  time_ = motion.time;
 }
 
 bool PileDynamics::at_rest() const {

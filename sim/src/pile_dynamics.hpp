@@ -27,6 +27,49 @@ struct PileBody {
   double rim_speed() const { return velocity.norm() + spin.norm() * shape.reach(); }
 };
 
+/// An impulse that the next step begins with.
+struct PileImpulse {
+  int body = 0, other = 0, feature = 0;
+  Eigen::Vector3d impulse = Eigen::Vector3d::Zero();  ///< [N s]
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("body", self.body, "Number of the body.");
+    visit("other", self.other, "Number of the other one, or of a plane.");
+    visit("feature", self.feature, "Number of the parts that touch.");
+    visit("impulse", self.impulse, "Impulse of the last step [N s].");
+  }
+};
+
+/// A body of a pile in motion.
+struct PileBodyMotion {
+  Pellet pellet;
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< [m/s]
+  Eigen::Vector3d spin = Eigen::Vector3d::Zero();      ///< [rad/s]
+  double quiet = 0.0;                                  ///< [s]
+  bool asleep = false;
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("pellet", self.pellet, "Pellet.");
+    visit("velocity", self.velocity, "Velocity of its centre [m/s].");
+    visit("spin", self.spin, "Angular velocity in the bin [rad/s].");
+    visit("quiet", self.quiet, "Time since it last moved [s].");
+    visit("asleep", self.asleep, "Whether it lies still.");
+  }
+};
+
+/// A pile in motion: all that its next step depends on, a grip apart.
+struct PileMotion {
+  std::vector<PileBodyMotion> bodies;
+  std::vector<PileImpulse> impulses;
+  double time = 0.0;  ///< [s]
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("bodies", self.bodies, "Bodies.");
+    visit("impulses", self.impulses, "Impulses between them.");
+    visit("time", self.time, "Time [s].");
+  }
+};
+
 /// Rigid pellets between planes, stepped through time. Gyroscopic torques are left out: pellets are nearly as wide as
 /// high, and what matters is where they come to rest.
 class PileDynamics {
@@ -45,6 +88,10 @@ class PileDynamics {
   /// A gripper that drives a body at a velocity [m/s], without turning it, with limited force [N] and torque [N m].
   void hold(int body, const Eigen::Vector3d& velocity, double force, double torque);
   void release() { grip_.reset(); }
+  /// Force and torque of the gripper on the body that it holds, in the last substep [N, N m].
+  Vector6 grip_wrench() const;
+  /// Whether nothing is nearer than `margin` [m] to a body.
+  bool alone(int body, double margin) const;
 
   /// Multiplies the damping of pellets in contact, by which a pile that rattles on comes to rest.
   void damp(double factor) { damping_ = factor; }
@@ -52,6 +99,8 @@ class PileDynamics {
   void step();
   bool at_rest() const;
   PileState state() const;
+  PileMotion motion() const;
+  void restore(const PileMotion& motion);
 
  private:
   static constexpr int nobody = -1;

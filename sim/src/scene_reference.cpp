@@ -5,9 +5,9 @@
 #include <numbers>
 
 #include <kr5/core/error.hpp>
+#include <kr5/robot/quintic_profile.hpp>
 
 #include "ik_solver.hpp"
-#include "quintic_profile.hpp"
 
 namespace kr5::sim {
 namespace {
@@ -100,7 +100,7 @@ std::vector<double> SceneReference::rests() const {
 }
 
 double SceneReference::progress(double t) const {
-  return t <= 0.0 ? 0.0 : quintic_profile(t / c_.within).x;
+  return t <= 0.0 ? 0.0 : robot::quintic_profile(t / c_.within).x;
 }  // within may be 0
 
 }  // namespace kr5::sim

@@ -41,6 +41,12 @@ Vector6 WristSensor::read(const Vector6& wrench, double t) {
   return out;
 }
 
+void WristSensor::restore(const WristSensorState& state) {
+  filter_.restore(state.filter);
+  random_.restore(state.random);
+  saturated_ = state.saturated;
+}
+
 Encoders::Encoders(const physics::EffectiveDrives& drives, double counts, double noise, std::uint64_t seed)
     : count_(0.0), noise_(noise), random_(seed) {
   require(counts >= 0.0 && noise >= 0.0, "counts, noise: must not be negative");

@@ -18,6 +18,7 @@ KEYS = {
     "apriltag": "apriltag",
     "VISP": "visp",
     "PCL": "libpcl-all-dev",
+    "SQLite3": "libsqlite3-dev",
 }
 WITHOUT_KEY = {"DART"}
 

@@ -12,7 +12,8 @@ from pathlib import Path
 
 import numpy as np
 from kr5.cell import load_cell
-from kr5.sim import DrivenArm, run_scene
+from kr5.robot import RobotCommand
+from kr5.sim import DrivenArm, WorkCell, run_scene
 
 import arguments
 import comparison
@@ -117,11 +118,20 @@ def all_rows(steps: int) -> list[comparison.Row]:
         arm.reset(START)
         arm.drive_rows(np.zeros((steps // 10, 6)))
 
+    world = WorkCell(cell)
+    steps_a_cycle = round(world.cycle / arm.step)
+
+    def cycles() -> None:
+        for _ in range(steps // 10 // steps_a_cycle):
+            world.read()
+            world.send(RobotCommand())
+
     scene = SHARE / "scenes/peg_roll.yaml"
     ours = {
         "servos": steps_per_second(servos, steps),
         "currents": steps_per_second(currents, steps // 10),
         "roll": steps_per_second(lambda: run_scene(scene), run_scene(scene).steps),
+        "world": steps_per_second(cycles, steps // 10),
     }
 
     def at_start(data) -> None:
@@ -139,6 +149,7 @@ def all_rows(steps: int) -> list[comparison.Row]:
         "servos": "arm, drives, servos; torques, currents and wrench each step",
         "currents": "arm under motor currents with dry friction; the same each step",
         "roll": "peg rolled on the tube, contact",
+        "world": "work cell at rest, a reading and a command each 12 ms",
     }
     out = []
     for name, value in ours.items():

@@ -19,6 +19,7 @@ PACKAGE_OF = {
     "boost": "Boost",
     "pcl": "PCL",
     "pugixml.hpp": "pugixml",
+    "sqlite3.h": "SQLite3",
     "dart": "DART",
 }
 NEVER = {"pybind11": "the library knows no Python", "catch2": "tests stay in tests/"}

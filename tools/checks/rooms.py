@@ -20,6 +20,10 @@ EXCEPTIONS: dict[str, str] = {
         f"libkr5/src/force/insertion/{part}_phases.cpp": "phases of the state machine in force/insertion/machine.hpp"
         for part in ("entry", "search")
     },
+    **{
+        f"libkr5/src/job/{part}.cpp": "phases and ways of the state machine in job/machine.hpp"
+        for part in ("bin_phases", "travel", "tube_phases")
+    },
 }
 
 

@@ -26,6 +26,7 @@ MODULES = (
     "gap",
     "identification",
     "io",
+    "job",
     "kinematics",
     "logs",
     "models",

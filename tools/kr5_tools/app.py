@@ -65,6 +65,7 @@ COMMANDS: dict[str, Entry | dict[str, Entry]] = {
     "workspace": ("workspace.command", "Workspace of an arm: reach and manipulability."),
     "record": ("simulation.record", "Recording of a simulated cell."),
     "recording": ("recording.command", "Recordings from logs of a real cell."),
+    "job": ("work.command", "Jobs from bin to tube: state machine, journal, release of a stop."),
     "insert": ("insertion.command", "Simulated insertion of a peg into a tube."),
     "sweep": {
         "insertion": ("sweep.command", "Insertions over tilts and clearances: success rates and times."),

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <utility>
 
@@ -50,12 +51,40 @@ double PathCommand::next(double asked, double z) {
   return due;
 }
 
+PathCorrectionState PathCommand::state() const {
+  PathCorrectionState out{.start = start_, .last = last_, .line = line_, .limited = limited_};
+  std::rotate(out.line.begin(), out.line.begin() + static_cast<std::ptrdiff_t>(at_), out.line.end());
+  return out;
+}
+
+void PathCommand::restore(const PathCorrectionState& state) {
+  require(state.line.size() == line_.size(), "line: found " + std::to_string(state.line.size()) +
+                                                 " commands, expected " + std::to_string(line_.size()) +
+                                                 ", the cycles of the delay");
+  start_ = state.start;
+  last_ = state.last;
+  line_ = state.line;
+  at_ = 0;
+  limited_ = state.limited;
+}
+
 PathCorrection::PathCorrection(const PathServo& servo, double start)
     : command_(servo, start), decay_(transition(servo.servo, servo.cycle)), state_(start, 0.0) {}
 
 void PathCorrection::advance(double asked) {
   const Eigen::Vector2d held(command_.next(asked, z()), 0.0);
   state_ = held + decay_ * (state_ - held);
+}
+
+PathCorrectionState PathCorrection::state() const {
+  PathCorrectionState out = command_.state();
+  out.servo = state_;
+  return out;
+}
+
+void PathCorrection::restore(const PathCorrectionState& state) {
+  command_.restore(state);
+  state_ = state.servo;
 }
 
 }  // namespace kr5::physics

@@ -39,13 +39,13 @@ double ft_lag(double time_constant, double dt) {
 }
 
 Vector6 WrenchFilter::pass(const Vector6& wrench, double t) {
-  if (started_ && time_constant_ > 0.0)
-    shown_ += ft_lag(time_constant_, t - last_) * (wrench - shown_);
+  if (state_.started && time_constant_ > 0.0)
+    state_.shown += ft_lag(time_constant_, t - state_.last) * (wrench - state_.shown);
   else
-    shown_ = wrench;
-  last_ = t;
-  started_ = true;
-  return shown_;
+    state_.shown = wrench;
+  state_.last = t;
+  state_.started = true;
+  return state_.shown;
 }
 
 WrenchSensor::WrenchSensor(const cell::Cell& cell)

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <random>
+#include <string>
 
 #include <Eigen/Core>
 
@@ -24,6 +25,10 @@ class Random {
   }
   /// Uniform on the unit sphere.
   Eigen::Vector3d direction() { return Eigen::Vector3d(normal_vector(3)).normalized(); }
+  /// Where in its sequence it is, as a text of digits.
+  std::string state() const;
+  /// Goes on from there. @throws InvalidArgument for a text that is no such state.
+  void restore(const std::string& state);
   /// For std::shuffle and the like.
   std::mt19937_64& engine() { return engine_; }
 

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 
 #include <kr5/cell/cell.hpp>
+#include <kr5/core/fields.hpp>
 
 /// @file
 /// The path correction of a controller along one axis, cycle by cycle (Hayat et al. 2022, section 5.3).
@@ -25,6 +26,22 @@ struct PathServo {
   double start(double first) const { return correction.mode == cell::CorrectionMode::Absolute ? first : 0.0; }
 };
 
+/// A path correction on its way.
+struct PathCorrectionState {
+  double start = 0.0, last = 0.0;  ///< [m]
+  std::vector<double> line;        ///< [m]
+  bool limited = false;
+  Eigen::Vector2d servo = Eigen::Vector2d::Zero();  ///< [m, m/s]
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("start", self.start, "Where it began [m].");
+    visit("last", self.last, "Last command within the limits [m].");
+    visit("line", self.line, "Commands on their way, the next one first [m].");
+    visit("limited", self.limited, "Whether a limit changed what was last asked.");
+    visit("servo", self.servo, "Position and speed behind the servo [m, m/s].");
+  }
+};
+
 /// From corrections to what the servo is commanded: mode, limits, and the delay in whole cycles.
 class PathCommand {
  public:
@@ -34,6 +51,10 @@ class PathCommand {
   double next(double asked, double z);
   /// A limit changed what was last asked.
   bool limited() const { return limited_; }
+  /// All but the servo.
+  PathCorrectionState state() const;
+  /// @throws InvalidArgument for a line of another length than the delay.
+  void restore(const PathCorrectionState& state);
 
  private:
   cell::Correction correction_;
@@ -53,6 +74,9 @@ class PathCorrection {
   double z() const { return state_[0]; }      ///< [m]
   double speed() const { return state_[1]; }  ///< [m/s]
   bool limited() const { return command_.limited(); }
+  PathCorrectionState state() const;
+  /// @throws InvalidArgument as PathCommand.
+  void restore(const PathCorrectionState& state);
 
  private:
   PathCommand command_;

@@ -4,12 +4,25 @@
 #include <vector>
 
 #include <kr5/cell/cell.hpp>
+#include <kr5/core/fields.hpp>
 #include <kr5/physics/row_range.hpp>
 
 /// @file
 /// What a force/torque sensor makes of a wrench in S: scale and crosstalk, bias and drift, then the lag of its filter.
 
 namespace kr5::physics {
+
+struct WrenchFilterState {
+  double last = 0.0;  ///< [s]
+  bool started = false;
+  Vector6 shown = Vector6::Zero();  ///< [N, N m]
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("last", self.last, "Time of the last reading [s].");
+    visit("started", self.started, "Whether there was one.");
+    visit("shown", self.shown, "What it showed [N, N m].");
+  }
+};
 
 /// The filter of a sensor, reading by reading; the first one passes as it is.
 class WrenchFilter {
@@ -19,11 +32,12 @@ class WrenchFilter {
 
   /// What is shown of a wrench at time t, which does not decrease [N, N m].
   Vector6 pass(const Vector6& wrench, double t);
+  const WrenchFilterState& state() const { return state_; }
+  void restore(const WrenchFilterState& state) { state_ = state; }
 
  private:
-  double time_constant_, last_ = 0.0;
-  bool started_ = false;
-  Vector6 shown_ = Vector6::Zero();
+  double time_constant_;
+  WrenchFilterState state_;
 };
 
 /// The sensor of a cell with the effects it carries.

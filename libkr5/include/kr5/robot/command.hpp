@@ -61,12 +61,15 @@ struct CommandLimits {
 
 /// What the gripper is told.
 struct GripperCommand {
-  bool hold = true;  ///< It holds its part; otherwise it lets the part slide along.
-  bool air = false;  ///< Compressed air on the part.
+  bool hold = true;      ///< It holds its part; otherwise it lets the part slide along.
+  bool air = false;      ///< Compressed air on the part.
+  bool fingers = false;  ///< Of a tool with two grippers, the fingers close and not the suction cup.
 
   static void each_field(auto& self, auto&& visit) {
     visit("hold", self.hold, "True while the gripper holds its part; otherwise the part slides.");
     visit("air", self.air, "True while compressed air pushes the part.");
+    visit("fingers", self.fingers,
+          "True when the fingers of a tool close that has a suction cup, too; what is held stays held meanwhile.");
   }
 };
 

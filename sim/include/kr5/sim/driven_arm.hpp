@@ -39,6 +39,37 @@ struct ArmReading {
   bool limited = false;              ///< A motor stood at its current limit in the last step.
 };
 
+/// An arm in motion: all that a later step depends on.
+struct DrivenArmState {
+  double t = 0.0, step = 0.0, looked_up = 0.0;             ///< [s]
+  Eigen::VectorXd position, velocity, acceleration;        ///< Motor side [rad or m, and per s, s^2].
+  Eigen::VectorXd link, link_velocity, link_acceleration;  ///< The same of the links.
+  Eigen::VectorXd command;                                 ///< Of the servos [rad or m].
+  Eigen::VectorXd inertia;                                 ///< [kg m^2 or kg]
+  Eigen::VectorXd current;                                 ///< [A]
+  Eigen::VectorXd friction, torque;                        ///< [N m or N]
+  bool ideal = true, limited = false;
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("t", self.t, "Time [s].");
+    visit("step", self.step, "Step of the integration [s].");
+    visit("looked_up", self.looked_up, "Time at which the inertia at the gears was computed [s].");
+    visit("position", self.position, "Position, motor side [rad or m].");
+    visit("velocity", self.velocity, "Speed, motor side [rad/s or m/s].");
+    visit("acceleration", self.acceleration, "Acceleration, motor side [rad/s^2 or m/s^2].");
+    visit("link", self.link, "True joint values [rad or m].");
+    visit("link_velocity", self.link_velocity, "Speed of the joints [rad/s or m/s].");
+    visit("link_acceleration", self.link_acceleration, "Acceleration of the joints [rad/s^2 or m/s^2].");
+    visit("command", self.command, "Last command of the servos [rad or m].");
+    visit("inertia", self.inertia, "Inertia at the gears [kg m^2 or kg].");
+    visit("current", self.current, "Current of the motors [A].");
+    visit("friction", self.friction, "Dry friction of the last step [N m or N].");
+    visit("torque", self.torque, "Torque through the gears in the last step [N m or N].");
+    visit("ideal", self.ideal, "Whether the last step was one of ideal servos.");
+    visit("limited", self.limited, "Whether a motor stood at its current limit.");
+  }
+};
+
 /// Wrench of the environment on the tool at the origin of S, in B [N, N m].
 using Environment = std::function<Vector6(const Pose& T_base_sensor, const Vector6& velocity, double t)>;
 
@@ -85,6 +116,11 @@ class DrivenArm {
   const ArmReading& read();
   /// Kinetic and potential energy of links, rotors and gear springs [J].
   double energy();
+
+  DrivenArmState state() const;
+  /// Goes on from a state of an arm of the same cell.
+  /// @throws InvalidArgument naming the field that has not one finite value a joint, or a step that is not positive.
+  void restore(const DrivenArmState& state);
 
  private:
   struct State;

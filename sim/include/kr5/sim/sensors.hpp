@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 #include <kr5/cell/cell.hpp>
 #include <kr5/core/fields.hpp>
@@ -35,6 +36,18 @@ struct WristSensorOptions {
   }
 };
 
+struct WristSensorState {
+  physics::WrenchFilterState filter;
+  std::string random;
+  bool saturated = false;
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("filter", self.filter, "Filter.");
+    visit("random", self.random, "Random numbers of the noise.");
+    visit("saturated", self.saturated, "Whether a bridge was saturated.");
+  }
+};
+
 /// The force/torque sensor of a cell: scale, crosstalk, bias, drift and lag of its effects, then noise, the bridges
 /// with their saturation, and the resolution of its output.
 class WristSensor {
@@ -47,6 +60,8 @@ class WristSensor {
   /// The bridge voltages of the last reading [V].
   const Vector6& voltages() const { return voltages_; }
   bool saturated() const { return saturated_; }
+  WristSensorState state() const { return {filter_.state(), random_.state(), saturated_}; }
+  void restore(const WristSensorState& state);
 
  private:
   physics::WrenchSensor sensor_;
@@ -66,6 +81,9 @@ class Encoders {
   /// @throws InvalidArgument for negative values, or counts for a cell without drives.
   Encoders(const physics::EffectiveDrives& drives, double counts, double noise, std::uint64_t seed = 1);
   Eigen::VectorXd read(const Eigen::VectorXd& position);
+  /// Of its random numbers.
+  std::string state() const { return random_.state(); }
+  void restore(const std::string& state) { random_.restore(state); }
 
  private:
   Eigen::MatrixXd structure_, back_;

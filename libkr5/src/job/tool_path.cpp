@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/job/tool_path.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+#include <kr5/core/error.hpp>
+#include <kr5/robot/quintic_profile.hpp>
+
+namespace kr5::job {
+
+void PathLimits::validate() const {
+  require(speed > 0 && speed <= 10, "speed must lie between 0 and 10 m/s");
+  require(acceleration > 0 && acceleration <= 1e3, "acceleration must lie between 0 and 1000 m/s^2");
+  require(turning_speed > 0 && turning_speed <= 100, "turning_speed must lie between 0 and 100 rad/s");
+  require(turning_acceleration > 0 && turning_acceleration <= 1e4,
+          "turning_acceleration must lie between 0 and 10000 rad/s^2");
+  require(scan_speed > 0 && scan_speed <= speed, "scan_speed must lie between 0 and speed [m/s]");
+  require(contact_speed > 0 && contact_speed <= speed, "contact_speed must lie between 0 and speed [m/s]");
+  require(touch_force > 0 && std::isfinite(touch_force), "touch_force must be positive [N]");
+}
+
+ToolPath::ToolPath(const PathLimits& limits, double cycle) : limits_(limits), cycle_(cycle) {
+  limits.validate();
+  require(cycle > 0 && std::isfinite(cycle), "cycle: must be positive [s]");
+}
+
+void ToolPath::start(const Pose& T_base_tool) noexcept {
+  pose_ = T_base_tool;
+  count_ = at_ = 0;
+  time_ = share_ = rate_ = 0.0;
+  complete_ = true;
+  touched_ = braking_ = false;
+}
+
+void ToolPath::add(const Pose& T_base_tool, Way way) noexcept {
+  if (count_ == capacity) {
+    complete_ = false;
+    return;
+  }
+  Segment& s = segments_[count_];
+  s.from = count_ > 0 ? segments_[count_ - 1].to : pose_;
+  s.to = T_base_tool;
+  s.way = way;
+  const Eigen::AngleAxisd turn(s.from.linear().transpose() * s.to.linear());
+  s.turn = turn.angle() * turn.axis();
+  const double length = (s.to.translation() - s.from.translation()).norm(), angle = std::abs(turn.angle());
+  const double speed = way == Way::Free ? limits_.speed : way == Way::Scan ? limits_.scan_speed : limits_.contact_speed;
+  constexpr robot::QuinticProfile peak = robot::quintic_profile_peak;
+  const double time = std::max({peak.v * length / speed, std::sqrt(peak.a * length / limits_.acceleration),
+                                peak.v * angle / limits_.turning_speed,
+                                std::sqrt(peak.a * angle / limits_.turning_acceleration), cycle_});
+  s.duration = std::ceil(time / cycle_) * cycle_;
+  s.max_braking = peak.a / (s.duration * s.duration);
+  if (length > 0 || angle > 0)
+    s.max_braking = std::min(length > 0 ? limits_.acceleration / length : HUGE_VAL,
+                             angle > 0 ? limits_.turning_acceleration / angle : HUGE_VAL);
+  ++count_;
+}
+
+void ToolPath::go_to(const Segment& segment, double share) noexcept {
+  rate_ = (share - share_) / cycle_;
+  share_ = share;
+  pose_.translation() = segment.from.translation() + share * (segment.to.translation() - segment.from.translation());
+  const double angle = segment.turn.norm();
+  pose_.linear() = segment.from.linear();
+  if (angle > 0) pose_.linear() *= Eigen::AngleAxisd(share * angle, segment.turn / angle).toRotationMatrix();
+}
+
+bool ToolPath::touches(const Segment& segment, const Eigen::Vector3d& force) noexcept {
+  if (segment.way != Way::Guarded) return false;
+  if (time_ == 0.0) zero_ = force;
+  const Eigen::Vector3d way = segment.to.translation() - segment.from.translation();
+  const double length = way.norm();
+  return length > 0 && (zero_ - force).dot(way) >= limits_.touch_force * length;
+}
+
+const Pose& ToolPath::step(const Eigen::Vector3d& force) noexcept {
+  if (at_ >= count_) return pose_;
+  const Segment& segment = segments_[at_];
+  touched_ = touched_ || touches(segment, force);
+  if (touched_ || braking_) return brake();
+  time_ += cycle_;
+  const bool arrived = time_ > segment.duration - 0.5 * cycle_;
+  go_to(segment, arrived ? 1.0 : robot::quintic_profile(time_ / segment.duration).x);
+  if (!arrived) return pose_;
+  pose_ = segment.to;
+  ++at_;
+  time_ = share_ = rate_ = 0.0;
+  return pose_;
+}
+
+const Pose& ToolPath::brake() noexcept {
+  if (at_ >= count_) return pose_;
+  braking_ = true;
+  const Segment& segment = segments_[at_];
+  const double rate = std::max(rate_ - segment.max_braking * cycle_, 0.0);
+  if (rate > 0.0) go_to(segment, std::min(share_ + rate * cycle_, 1.0));
+  rate_ = rate;
+  if (rate > 0.0 && share_ < 1.0) return pose_;
+  rate_ = 0.0;
+  at_ = count_;
+  return pose_;
+}
+
+}  // namespace kr5::job

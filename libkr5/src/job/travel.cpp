@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Ways from place to place, clear of what stands there, and the gripper.
+#include <algorithm>
+
+#include "job/machine.hpp"
+
+namespace kr5::job {
+namespace {
+
+constexpr double steep = 0.3;   // of a direction along which the tool gains height: its part along Z of B [-]
+constexpr double level = 1e-6;  // [m]
+constexpr int convincing = 3;   // cycles of one word from the gripper
+
+}  // namespace
+
+/// The pose moved along a direction until it is at the height of travel.
+Pose Supervisor::Machine::lifted(const Pose& T_base_tool, const Eigen::Vector3d& direction) const noexcept {
+  const Eigen::Vector3d along = direction.z() > steep ? direction : Eigen::Vector3d::UnitZ();
+  const double missing = options.places.travel_height - T_base_tool.translation().z();
+  Pose out = T_base_tool;
+  if (missing > level) out.translation() += missing / along.z() * along;
+  return out;
+}
+
+bool Supervisor::Machine::near_tube(const Pose& T_base_tool) const noexcept {
+  const Eigen::Vector3d p = (T_base_tube.inverse() * T_base_tool * options.places.T_tool_peg).translation();
+  return p.head<2>().norm() < options.places.near_tube && p.z() < options.places.look_height;
+}
+
+/// Where the pellet is over the middle of the tube.
+Pose Supervisor::Machine::look_pose() const noexcept {
+  const Pose over(Eigen::Translation3d(0, 0, options.places.look_height));
+  return T_base_tube * over * options.places.T_tool_peg.inverse();
+}
+
+/// From wherever it stands up to the height of travel: out of the tube along its axis, from anything else against its
+/// approach. A pellet that is held in the tube comes out slowly.
+void Supervisor::Machine::lift() noexcept {
+  path.start(commanded);
+  Pose now = commanded;
+  Eigen::Vector3d direction = -now.linear().col(2);
+  if (near_tube(now)) {
+    direction = T_base_tube.linear().col(2);
+    const double depth = (T_base_tube.inverse() * now * options.places.T_tool_peg).translation().z();
+    now.translation() += (options.places.look_height - depth) * direction;
+    path.add(now, gripper.hold ? Way::Slow : Way::Free);
+  }
+  if (options.places.travel_height - now.translation().z() > level) path.add(lifted(now, direction));
+}
+
+void Supervisor::Machine::travel_over(const Pose& T_base_tool) noexcept {
+  lift();
+  path.add(lifted(T_base_tool, -T_base_tool.linear().col(2)));
+}
+
+/// Over it, down to the approach, and from there slowly.
+void Supervisor::Machine::travel_to(const Pose& T_base_tool, Way last) noexcept {
+  travel_over(T_base_tool);
+  const Eigen::Vector3d along = T_base_tool.linear().col(2);
+  Pose before = T_base_tool, beyond = T_base_tool;
+  before.translation() -= options.places.approach * along;
+  if (last == Way::Guarded) beyond.translation() += options.places.overtravel * along;
+  path.add(before);
+  path.add(beyond, last);
+}
+
+/// A cycle along the path; whether the arm has come to its end, too.
+bool Supervisor::Machine::follow(const robot::RobotReading& reading) noexcept {
+  commanded = path.step(reading.wrench.head<3>());
+  if (!path.standing()) {
+    settle_cycles = 0;
+    return false;
+  }
+  const double off = (reading.T_base_tool.translation() - commanded.translation()).norm();
+  return off < options.settled || seconds(++settle_cycles) > options.settle_time;
+}
+
+/// Whether a pellet that should be held is gone. The arm comes to rest before it says so.
+bool Supervisor::Machine::lost_pellet(const robot::RobotReading& reading) noexcept {
+  unheld = reading.status.gripped ? 0 : unheld + 1;
+  dropping = dropping || unheld >= convincing;
+  if (dropping) commanded = path.brake();
+  return dropping;
+}
+
+/// Whether a pellet that the tool loses here stands on the station.
+bool Supervisor::Machine::at_station(const Pose& T_base_tool) const noexcept {
+  return (commanded.translation() - T_base_tool.translation()).norm() < options.places.approach;
+}
+
+void Supervisor::Machine::set_grip(bool hold) noexcept {
+  gripper = {hold, false, fingers};
+  grip_cycles = grip_seen = 0;
+}
+
+bool Supervisor::Machine::grip_is(const robot::RobotReading& reading, bool gripped) noexcept {
+  ++grip_cycles;
+  grip_seen = reading.status.gripped == gripped ? grip_seen + 1 : 0;
+  return grip_seen >= convincing;
+}
+
+}  // namespace kr5::job
