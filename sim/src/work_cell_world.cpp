@@ -25,17 +25,17 @@ constexpr double on_plate = 5e-4;           // above a plate on which a pellet l
 /// What the controller is told: peg and bore as they are nominally.
 cell::Cell believed_cell(const cell::Cell& given, const WorkCellOptions& options) {
   options.validate();
-  cell::Cell out = given;
-  out.effects = {};
-  out.peg = cell::Peg{.radius = options.pour.radius,
+  cell::Cell cell = given;
+  cell.effects = {};
+  cell.peg = cell::Peg{.radius = options.pour.radius,
                       .length = 0.5 * (options.pour.height_min + options.pour.height_max),
                       .chamfer = given.peg ? given.peg->chamfer : 0.0};
-  require(out.tube.has_value(), "tube: a work cell needs one");
+  require(cell.tube.has_value(), "tube: a work cell needs one");
   const double bore = options.pour.radius + options.clearance;
-  out.tube->outer_radius += bore - out.tube->inner_radius;
-  out.tube->inner_radius = bore;
-  check_parts(out);
-  return out;
+  cell.tube->outer_radius += bore - cell.tube->inner_radius;
+  cell.tube->inner_radius = bore;
+  check_parts(cell);
+  return cell;
 }
 
 InsertionSetup setup_of(const WorkCellOptions& options, Random& random) {
