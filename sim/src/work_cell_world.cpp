@@ -28,8 +28,8 @@ cell::Cell believed_cell(const cell::Cell& given, const WorkCellOptions& options
   cell::Cell cell = given;
   cell.effects = {};
   cell.peg = cell::Peg{.radius = options.pour.radius,
-                      .length = 0.5 * (options.pour.height_min + options.pour.height_max),
-                      .chamfer = given.peg ? given.peg->chamfer : 0.0};
+                       .length = 0.5 * (options.pour.height_min + options.pour.height_max),
+                       .chamfer = given.peg ? given.peg->chamfer : 0.0};
   require(cell.tube.has_value(), "tube: a work cell needs one");
   const double bore = options.pour.radius + options.clearance;
   cell.tube->outer_radius += bore - cell.tube->inner_radius;
