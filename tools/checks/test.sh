@@ -2,33 +2,31 @@
 
 passed=0
 failed=0
+failures=""  # what failed, a line each: said again at the end, where the output of a long run is looked at
 
 count() { passed=$((passed + $1)) failed=$((failed + $2)); }
+
+# One failure, by name.
+note_failure() { failures+="$1"$'\n'; }
 
 # One check that either passes or fails.
 check() {
   local what=$1; shift
   say "$what"
-  if "$@"; then count 1 0; else echo "FAILED: $what" >&2; count 0 1; fi
+  if "$@"; then count 1 0; else echo "FAILED: $what" >&2; count 0 1; note_failure "$what"; fi
 }
 
 # Adds up a JUnit file, which ctest and pytest write; a run that wrote none is one failure. In CI so is a skip.
 count_junit() {
-  local file=$1 sums
-  sums=$("$python" - "$file" <<'TEXT'
-import os
-import sys
-import xml.etree.ElementTree as xml
-total = bad = skipped = 0
-for suite in xml.parse(sys.argv[1]).getroot().iter("testsuite"):
-    total += int(suite.get("tests", 0))
-    bad += int(suite.get("failures", 0)) + int(suite.get("errors", 0))
-    skipped += int(suite.get("skipped", 0)) + int(suite.get("disabled", 0))
-nothing = total == 0  # a filter that finds no test is no success
-print(total - bad - skipped, bad + nothing + (skipped if os.environ.get("CI") else 0))
-TEXT
-  ) || sums="0 1"
-  count $sums
+  local what=$1 file=$2 found
+  if found=$("$python" tools/checks/junit.py "$file"); then
+    count $(head -n 1 <<<"$found")
+    failures+=$(tail -n +2 <<<"$found" | sed "s|^|$what: |"; echo .)
+    failures=${failures%.}
+  else
+    count 0 1
+    note_failure "$what: no result"
+  fi
 }
 
 reference=${KR5_REFERENCE_DIR:+-DKR5_REFERENCE_DIR=$KR5_REFERENCE_DIR}
@@ -42,6 +40,7 @@ test_preset() {
   if ! { quietly "$log" cmake --preset "$preset" ${reference:+"$reference"} &&
     quietly "$log" cmake --build --preset "$preset"; }; then
     count 0 1
+    note_failure "build with the preset $preset"
     return
   fi
   say "testing with the preset $preset"
@@ -51,7 +50,7 @@ test_preset() {
   [ -n "${CI:-}${KR5_FULL:-}" ] || same=$("$python" tools/checks/unchanged.py list "$build/$preset") || true
   [ -z "$same" ] || say "unchanged since all their tests passed, and not run again: $same"
   ctest --preset "$preset" -j "$(nproc)" ${same:+-E "^(${same// /|})/"} --output-junit "$junit" || true
-  count_junit "$junit"
+  count_junit "$preset" "$junit"
   [ ! -f "$junit" ] || "$python" tools/checks/unchanged.py note "$build/$preset" "$junit" || true
 }
 
@@ -59,10 +58,10 @@ test_python() {
   local junit=$build/log/python.xml
   rm -f "$junit"
   wait "$environment" || true  # need_tool tries again, and says what failed
-  need_wheel && need_requirements test docs || { count 0 1; return; }
+  need_wheel && need_requirements test docs || { count 0 1; note_failure "build of the Python package"; return; }
   say "testing the Python package and the command"
   "$venv/bin/python" -m pytest -q -n "$(nproc)" --dist loadscope --durations 10 --junitxml "$junit" || true
-  count_junit "$junit"
+  count_junit python "$junit"
 }
 
 # The library; its tests pass the compiler's warnings. GCC's warnings are no errors of clang-tidy.
@@ -118,6 +117,7 @@ run_all_tests() {
   timed "demo" check "the demo of the README" demo
   say "where the time went"
   printf '%s' "$times" >&2
+  [ -z "$failures" ] || { say "what failed"; printf '%s' "$failures" >&2; }
   echo "$passed passed, $failed failed"
   [ "$failed" -eq 0 ]
 }
