@@ -4,7 +4,6 @@ from typing import Any
 
 import kr5.uncertainty
 import numpy as np
-from scipy import stats
 
 from kr5_tools.sweep.trials import ATTEMPTS, Grid, Trial
 
@@ -32,6 +31,8 @@ def median_time(times: list[float]) -> dict[str, Any]:
     [s]."""
     if not times:
         return {"median": None, "low": None, "high": None, "q90": None}
+    from scipy import stats  # takes a second to load
+
     ordered, n = np.sort(times), len(times)
     k = int(stats.binom.ppf(0.025, n, 0.5))  # the interval lies between the k-th from below and the k-th from above
     low, high = (float(ordered[k - 1]), float(ordered[n - k])) if k else (None, None)
@@ -84,6 +85,8 @@ def rate_tables(trials: list[Trial], grid: Grid) -> list[dict[str, Any]]:
 def mark_short(places: list[dict[str, Any]]) -> None:
     """Marks the places whose first attempt is below 95 %: exact one-sided binomial tests, corrected by Holm over the
     table."""
+    from scipy import stats
+
     p = np.array(
         [stats.binomtest(x["by_attempt"][0]["count"], x["trials"], WANTED, alternative="less").pvalue for x in places]
     )
