@@ -68,7 +68,7 @@ std::array<double, 6> guided(const PlainClient& client, int cycles, std::uint64_
   return axes;
 }
 
-TEST_CASE("a controller is guided over UDP, at its own port") {
+TEST_CASE("a controller is guided over UDP, at its own port", "[real_time]") {
   const TelegramLayout layout = layout_of(Transport::Udp);
   const Link link(layout, {}, quiet(), turn);
   CHECK(link.port() == layout.port);
@@ -80,7 +80,7 @@ TEST_CASE("a controller is guided over UDP, at its own port") {
   CHECK((s.answer.count == 500 && s.lateness.count == 500 && s.answer.p50 > 0 && s.lateness.p50 <= s.answer.p50));
 }
 
-TEST_CASE("garbage, a second controller and silence are survived over UDP") {
+TEST_CASE("garbage, a second controller and silence are survived over UDP", "[real_time]") {
   const TelegramLayout layout = layout_of(Transport::Udp);
   LinkOptions options = quiet();
   options.silence = 0.3;
@@ -101,7 +101,7 @@ TEST_CASE("garbage, a second controller and silence are survived over UDP") {
   CHECK(guided(other, 20, 87)[0] > 0.0);
 }
 
-TEST_CASE("a controller is guided over TCP, whatever pieces its telegrams come in") {
+TEST_CASE("a controller is guided over TCP, whatever pieces its telegrams come in", "[real_time]") {
   const TelegramLayout layout = layout_of(Transport::Tcp);
   Link link(layout, {}, quiet(), turn);
   {
@@ -126,7 +126,7 @@ TEST_CASE("a controller is guided over TCP, whatever pieces its telegrams come i
   }));
 }
 
-TEST_CASE("a port that is taken, or an address of another computer, is told") {
+TEST_CASE("a port that is taken, or an address of another computer, is told", "[real_time]") {
   const TelegramLayout layout = layout_of(Transport::Udp);
   const Link link(layout, {}, quiet(), turn);
   CHECK_THROWS_WITH(Link(layout, {}, quiet(), turn),
@@ -138,7 +138,7 @@ TEST_CASE("a port that is taken, or an address of another computer, is told") {
   CHECK_THROWS_WITH(Link(layout_of(Transport::Udp), {}, elsewhere, turn), Catch::Contains("192.168.1.60"));
 }
 
-TEST_CASE("the thread asks for priority, and is told what it got") {
+TEST_CASE("the thread asks for priority, and is told what it got", "[real_time]") {
   LinkOptions options = quiet();
   options.real_time.priority = 50;
   const Link link(layout_of(Transport::Udp), {}, options, turn);

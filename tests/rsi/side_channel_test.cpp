@@ -23,7 +23,7 @@ bool received(SidePort& port) {
   return false;
 }
 
-TEST_CASE("results of both kinds reach the other end, with their age") {
+TEST_CASE("results of both kinds reach the other end, with their age", "[real_time]") {
   SidePort port(0, "127.0.0.1");
   SideSender sender("127.0.0.1", port.port());
   CHECK_FALSE(port.receive());
@@ -47,7 +47,7 @@ TEST_CASE("results of both kinds reach the other end, with their age") {
   CHECK((port.results().statistics().received == 6 && port.results().statistics().lost == 0));
 }
 
-TEST_CASE("a result that holds no numbers is not sent, and garbage is counted") {
+TEST_CASE("a result that holds no numbers is not sent, and garbage is counted", "[real_time]") {
   SidePort port(0, "127.0.0.1");
   SideSender sender("127.0.0.1", port.port());
   ForceResult force;
@@ -61,7 +61,7 @@ TEST_CASE("a result that holds no numbers is not sent, and garbage is counted") 
   CHECK(port.results().statistics().foreign == 1);
 }
 
-TEST_CASE("addresses and ports that are none are refused") {
+TEST_CASE("addresses and ports that are none are refused", "[real_time]") {
   CHECK_THROWS_AS(SideSender("robot"), InvalidArgument);
   CHECK_THROWS_AS(SideSender("1.2.3.4", 70000), InvalidArgument);
   SidePort port(0, "127.0.0.1");
