@@ -4,6 +4,7 @@
 
 #include <kr5/core/error.hpp>
 #include <support/hand_eye_world.hpp>
+#include <support/trials.hpp>
 
 namespace pose_convention_test {
 
@@ -40,6 +41,7 @@ TEST_CASE("the convention and the mount in which poses were written agree best w
       GENERATE(RotationForm::QuaternionXyzw, RotationForm::QuaternionWxyz, RotationForm::RotationVector,
                RotationForm::Rpy, RotationForm::KukaAbc, RotationForm::Matrix);
   const Mount mount = GENERATE(Mount::EyeInHand, Mount::EyeToHand);
+  if (test::sanitized && (rotation != RotationForm::KukaAbc || mount != Mount::EyeInHand)) return;  // the same code
   const auto world = test::make_hand_eye_world({.mount = mount,
                                                 .views = 12,
                                                 .sigma_robot_position = 2e-4,

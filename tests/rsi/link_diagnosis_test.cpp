@@ -9,6 +9,7 @@
 
 #include <kr5/core/error.hpp>
 #include <kr5/rsi/layout_file.hpp>
+#include <support/trials.hpp>
 
 #include "observed_link.hpp"
 #include "wire_messages.hpp"
@@ -210,7 +211,7 @@ const std::vector<Injection>& injections() {
 
 TEST_CASE("a sound link is called sound, whatever its controller, clock and arm") {
   Random random(11);
-  for (int trial = 0; trial < 60; ++trial) {
+  for (int trial = 0; trial < test::trials(60, 60); ++trial) {
     MadeLink link(random, 300 + random.integer(600));
     const LinkDiagnosis d = examine_link(link.seen(), layout());
     CAPTURE(trial, kinds(d));
@@ -223,7 +224,7 @@ TEST_CASE("a sound link is called sound, whatever its controller, clock and arm"
 TEST_CASE("a fault drawn at random is named, and no other") {
   Random random(12);
   const int all = static_cast<int>(injections().size());
-  for (int trial = 0; trial < 10 * all; ++trial) {
+  for (int trial = 0; trial < test::trials(10 * all, 10 * all); ++trial) {
     const Injection& drawn = injections()[static_cast<std::size_t>(trial < all ? trial : random.integer(all))];
     MadeLink link(random);
     drawn.put(random, link);
@@ -237,7 +238,8 @@ TEST_CASE("faults that come together are each named") {
   Random random(13);
   const int all = static_cast<int>(injections().size());
   int both = 0;
-  for (int trial = 0; trial < 60; ++trial) {
+  const int trials = test::trials(60, 60);
+  for (int trial = 0; trial < trials; ++trial) {
     const Injection &a = injections()[static_cast<std::size_t>(random.integer(9))],
                     &b = injections()[static_cast<std::size_t>(10 + random.integer(all - 14))];
     if (a.kind == "repeated_telegrams") continue;  // made of the telegrams as they are without the other fault
@@ -250,7 +252,7 @@ TEST_CASE("faults that come together are each named") {
     CHECK((found.contains(a.kind) && found.contains(b.kind)));
     ++both;
   }
-  CHECK(both > 30);
+  CHECK(both > trials / 2);
 }
 
 TEST_CASE("what was lost, repeated and late is counted") {
@@ -350,7 +352,7 @@ robot::SensorModel arm() {
 
 TEST_CASE("axis values in radians, or of another arm, are told by the pose") {
   Random random(19);
-  for (int trial = 0; trial < 30; ++trial) {
+  for (int trial = 0; trial < test::trials(30, 30); ++trial) {
     MadeLink link(random, 100);
     const int how = random.integer(3);
     robot::SensorModel model = arm();
@@ -382,7 +384,7 @@ Gains unit_gains() {
 
 TEST_CASE("corrections of wrong sign, unit, axis and size are told by the motion that they make") {
   Random random(20);
-  for (int trial = 0; trial < 40; ++trial) {
+  for (int trial = 0; trial < test::trials(40, 40); ++trial) {
     MadeLink link(random, 1900);
     Gains gains = unit_gains();
     const auto axis = static_cast<std::size_t>(random.integer(6)),
