@@ -37,7 +37,12 @@ OTHER_MEANING: dict[str, tuple[str, ...]] = {
         "libkr5/include/kr5/identification/current_model.hpp",
         "bindings/kr5/logs/log_recording.py",
     ),
-    "tube_tilt": ("sim/include/kr5/sim/insertion.hpp", "sim/src/insertion.cpp", "tools/kr5_tools/insertion/"),
+    "tube_tilt": (
+        "sim/include/kr5/sim/insertion.hpp",
+        "sim/include/kr5/sim/work_cell_options.hpp",
+        "sim/src/insertion.cpp",
+        "tools/kr5_tools/insertion/",
+    ),
 }
 
 
