@@ -302,6 +302,10 @@ static void bind_cell_calibration(py::module_& m) {
 static void bind_circle_point(py::module_& m) {
   kr5::python::bind_struct<JointSample>(m, "JointSample", "What was seen at one value of a joint.");
   kr5::python::bind_struct<JointAxisOptions>(m, "JointAxisOptions", "Options of identify_joint_axis.");
+  kr5::python::bind_struct<SystematicResiduals>(m, "SystematicResiduals", "Points that leave their circles.");
+  kr5::python::bind_struct<ScaledReadings>(m, "ScaledReadings", "Joint that turned by another angle than it reads.");
+  kr5::python::bind_struct<AxisFindings>(m, "AxisFindings", "Reasons to doubt that one joint alone moved.")
+      .def_property_readonly("empty", &AxisFindings::empty, "Whether nothing was found.");
   kr5::python::bind_struct<JointAxisResult>(m, "JointAxisResult", "Axis of a joint with its covariance.");
   m.def(
       "identify_joint_axis",

@@ -150,7 +150,7 @@ void bind_emulation(py::module_& m) {
                                "Rules by which a controller judges answers and corrects its path.");
   m.def("usual_rules", &usual_rules, py::arg("controller"), "Rules of a controller as it is delivered.");
   bind_enum<ControllerPhase>(m, "ControllerPhase", "Phase: running | drives_off | emergency_stop | ended.");
-  bind_enum<StopReason>(m, "StopReason", "Why a program ended; none: it has not.");
+  bind_enum<ProgramStopReason>(m, "ProgramStopReason", "Why a program ended; none: it has not.");
   bind_struct<ProgramStop>(m, "ProgramStop", "Why a program ended.");
   m.def("stop_message", &stop_message, py::arg("controller"), py::arg("stop"),
         "What the controller shows when the program ends.");

@@ -5,6 +5,7 @@
 #include <kr5/sim/bin_rays.hpp>
 #include <kr5/sim/bin_scan.hpp>
 #include <kr5/sim/cell_robot.hpp>
+#include <kr5/sim/cup_seat.hpp>
 #include <kr5/sim/dart_simulator.hpp>
 #include <kr5/sim/driven_arm.hpp>
 #include <kr5/sim/insertion.hpp>
@@ -315,6 +316,13 @@ static void bind_work_cell_structs(py::module_& m) {
   bind_enum<ScanPlace>(m, "ScanPlace", "Place where pellets are looked for.");
   bind_enum<PelletPlace>(m, "PelletPlace", "Place where a pellet of a work cell is.");
   bind_struct<GripOptions>(m, "GripOptions", "How one of the grippers of a work cell holds.");
+  bind_struct<CupSeat>(m, "CupSeat", "The rim of a suction cup on the surface of a pellet.")
+      .def("within_reach", &CupSeat::within_reach, py::arg("cup"), "Whether the cup touches the pellet.")
+      .def("sealed", &CupSeat::sealed, py::arg("cup"),
+           "Whether the cup touches the pellet squarely enough to hold it.");
+  m.def("nearest_cup_seat", &nearest_cup_seat, py::arg("scene"), py::arg("T_bin_tool"),
+        "Seat of a suction cup on the pellet of a scene whose surface is nearest; the origin of the tool is the middle "
+        "of the rim, Z points out of the cup.");
   bind_struct<StandShape>(m, "StandShape", "A plate on which pellets are put down.");
   bind_struct<WorkCellErrors>(m, "WorkCellErrors",
                               "Differences between a work cell and what its controller is told; standard deviations "

@@ -21,8 +21,15 @@ def execute(file: Path, folder: Path, check: str = "") -> nbformat.NotebookNode:
     book = nbformat.read(file, as_version=4)
     if check:
         book.cells.append(nbformat.v4.new_code_cell(check))
-    where = {"metadata": {"path": str(folder)}}
-    nbclient.NotebookClient(book, timeout=300, kernel_name="python3", record_timing=False, resources=where).execute()
+    client = nbclient.NotebookClient(
+        book,
+        timeout=300,
+        kernel_name="python3",
+        record_timing=False,
+        coalesce_streams=True,  # what a cell prints comes in more or fewer pieces
+        resources={"metadata": {"path": str(folder)}},
+    )
+    client.execute()
     book.metadata = nbformat.from_dict(METADATA)
     return book
 

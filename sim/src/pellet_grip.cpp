@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "cylinder_contact.hpp"
+#include <kr5/sim/cup_seat.hpp>
 
 namespace kr5::sim {
 
@@ -13,11 +13,9 @@ using Eigen::Vector3d;
 
 std::optional<PelletTaken> taken_by_cup(const Pose& T_tool_pellet, double radius, double height,
                                         const GripOptions& cup) {
-  Vector3d normal;
-  const double gap = cylinder_distance(T_tool_pellet.inverse().translation(), radius, 0.5 * height, normal);
-  const double square = -(T_tool_pellet.linear() * normal).z();
-  if (std::abs(gap) > cup.reach || square < std::cos(cup.angle)) return std::nullopt;
-  return PelletTaken{std::abs(gap), T_tool_pellet};
+  const CupSeat seat = cup_seat(T_tool_pellet, radius, height);
+  if (!seat.sealed(cup)) return std::nullopt;
+  return PelletTaken{seat.distance, T_tool_pellet};
 }
 
 std::optional<PelletTaken> taken_by_fingers(const Pose& T_tool_pellet, double radius, double height,

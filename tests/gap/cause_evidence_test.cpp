@@ -54,9 +54,11 @@ TEST_CASE("the experiments to check judge a column, and all where none is") {
   const auto found = gap::judged_columns(r, columns);
   REQUIRE(found.size() == 2);
   CHECK(found[0].column == "motion.i1");
+  CHECK(found[0].experiments == std::vector<std::string>{"motion-2"});
   CHECK(found[0].gap == Approx(gap::residual_gap(columns[1].residuals.col(0))));
   CHECK(found[0].rows == columns[1].residuals.rows());
   CHECK(found[0].limit == Approx(gap::noise_limit(found[0].rows)));
+  CHECK(found[1].experiments == std::vector<std::string>{"motion-1"});
   CHECK(found[1].gap == Approx(gap::residual_gap(columns[2].residuals.col(0))));
 }
 

@@ -450,6 +450,16 @@ def calibrated(folder, run_kr5, q, places, *arguments):
     return verdict["text"]
 
 
+def refused(folder, run_kr5, q, places):
+    """The error about measurements that do not belong to the joint values beside them; no result is written."""
+    write(folder / "bad.csv", q, places)
+    done = run_kr5("calibrate", "kinematics", "bad.csv", "--cell", "cell.yaml", "-o", "refused.json")
+    text = " ".join(done.stderr.split())
+    assert done.returncode == 2 and "put each measurement beside the joint values" in text, (done.returncode, text)
+    assert not (folder / "refused.json").exists()
+    return text
+
+
 def test_measurements_wrong_as_a_whole_are_told_in_words(folder, arm, run_kr5):
     q, places = measured(arm[1], 60, 1)
     write(folder / "mm.csv", q, 1e3 * places)
@@ -461,20 +471,42 @@ def test_measurements_wrong_as_a_whole_are_told_in_words(folder, arm, run_kr5):
     assert done.returncode == 2 and "are they in millimetres? (--length-unit mm)" in " ".join(done.stderr.split())
     assert "1.02 times as far apart" in calibrated(folder, run_kr5, q, 1.02 * places)
     assert "mirrored" in calibrated(folder, run_kr5, q, places * [1, -1, 1])
-    text = calibrated(folder, run_kr5, q[1:], places[:-1])
+    text = refused(folder, run_kr5, q[1:], places[:-1])
     assert "one row before, from bad.csv:2 to bad.csv:60" in text and "shifted" in text
-    assert "one row after" in calibrated(folder, run_kr5, q[:-1], places[1:])
+    assert "one row after" in refused(folder, run_kr5, q[:-1], places[1:])
 
 
-def test_measurements_in_another_order_are_told_with_their_rows(folder, arm, run_kr5):
+def test_a_table_of_postures_may_be_in_any_order(folder, arm, run_kr5):
+    q, places = measured(arm[1], 60, 1)
+    order = np.random.default_rng(2).permutation(60)
+    write(folder / "shuffled.csv", q[order], places[order])
+    figures = []
+    for file in ("postures.csv", "shuffled.csv"):
+        done = run_kr5("calibrate", "kinematics", file, "--cell", "cell.yaml", "--json", "out.json")
+        assert done.returncode == 0, done.stderr
+        figures.append({f["name"]: f for f in json.loads((folder / "out.json").read_text())["figures"]})
+    assert figures[0].keys() == figures[1].keys()
+    for name, figure in figures[0].items():
+        assert figures[1][name]["value"] == pytest.approx(figure["value"], abs=1e-3 * figure["std"]), name
+
+
+def test_measurements_beside_the_joint_values_of_another_row_are_refused_with_their_rows(folder, arm, run_kr5):
     q, places = measured(arm[1], 60, 1)
     order = np.random.default_rng(2).permutation(60)  # place k is that of posture order[k]
-    text = calibrated(folder, run_kr5, q, places[order])
+    text = refused(folder, run_kr5, q, places[order])
     wrong = np.flatnonzero(order != np.arange(60))
     assert f"{len(wrong)} measurements stand beside the joint values of another row" in text
     assert f"that of bad.csv:{wrong[0] + 2} belongs to bad.csv:{order[wrong[0]] + 2}" in text
     by_text = sorted(range(60), key=lambda k: str(k + 1))  # 1, 10, 11, …, 2
-    assert "that of bad.csv:3 belongs to bad.csv:11" in calibrated(folder, run_kr5, q, places[by_text])
+    assert "that of bad.csv:3 belongs to bad.csv:11" in refused(folder, run_kr5, q, places[by_text])
+    further, there = measured(arm[1], 20, 2)
+    write(folder / "check.csv", further, there[::-1])
+    done = run_kr5("calibrate", "kinematics", "postures.csv", "--cell", "cell.yaml", "--check", "check.csv")
+    assert done.returncode == 2 and "that of check.csv:2 belongs to check.csv:21" in " ".join(done.stderr.split())
+
+
+def test_measurements_of_something_else_are_told(folder, arm, run_kr5):
+    q, places = measured(arm[1], 60, 1)
     elsewhere = np.random.default_rng(3).uniform(-1, 1, places.shape)
     assert "do not belong to these joint values" in calibrated(folder, run_kr5, q, elsewhere)
 

@@ -58,17 +58,18 @@ TEST_CASE("a total at its limit passes, beyond it stops, and stays what it was")
   CorrectionTotal total({}, absolute, robot::CommandFrame::Base, 6);
   CHECK_FALSE(total.take(axis(3, 0.0873)));
   const ProgramStop stop = total.take(axis(3, -0.0874));
-  CHECK((stop.reason == StopReason::AxisLimit && stop.axis == 3));
+  CHECK((stop.reason == ProgramStopReason::AxisLimit && stop.axis == 3));
   CHECK(total.joints()[2] == Approx(0.0873));
   CHECK_FALSE(total.take(tool((Vector6() << 0.005, -0.005, 0.005, 0, 0, 0.0873).finished())));
-  CHECK(total.take(tool((Vector6() << 0, 0, 0.0051, 0, 0, 0).finished())).reason == StopReason::TranslationLimit);
-  CHECK(total.take(tool((Vector6() << 0, 0, 0, 0.07, 0.07, 0).finished())).reason == StopReason::RotationLimit);
+  CHECK(total.take(tool((Vector6() << 0, 0, 0.0051, 0, 0, 0).finished())).reason ==
+        ProgramStopReason::TranslationLimit);
+  CHECK(total.take(tool((Vector6() << 0, 0, 0, 0.07, 0.07, 0).finished())).reason == ProgramStopReason::RotationLimit);
 }
 
 TEST_CASE("relative corrections of which each is small stop when their total is beyond the limit") {
   CorrectionTotal total({}, relative, robot::CommandFrame::Base, 6);
   for (int i = 0; i < 87; ++i) REQUIRE_FALSE(total.take(axis(1, 0.001)));
-  CHECK(total.take(axis(1, 0.001)).reason == StopReason::AxisLimit);
+  CHECK(total.take(axis(1, 0.001)).reason == ProgramStopReason::AxisLimit);
 }
 
 TEST_CASE("a controller that holds a correction at its limit says so") {
@@ -91,11 +92,11 @@ TEST_CASE("a change in one cycle has a limit of its own") {
   CorrectionTotal total(rules, absolute, robot::CommandFrame::Base, 6);
   CHECK_FALSE(total.take(axis(1, 0.01)));
   const ProgramStop stop = total.take(axis(1, -0.0101));
-  CHECK((stop.reason == StopReason::CycleLimit && stop.axis == 1));
+  CHECK((stop.reason == ProgramStopReason::CycleLimit && stop.axis == 1));
   CHECK_FALSE(total.take(axis(1, 0.0)));
   CHECK_FALSE(total.take(tool((Vector6() << 0.001, 0, 0, 0, 0, 0).finished())));
-  CHECK(total.take(tool((Vector6() << 0.0021, 0, 0, 0, 0, 0).finished())).reason == StopReason::CycleLimit);
-  CHECK(total.take(tool((Vector6() << 0.001, 0, 0, 0, 0.0101, 0).finished())).reason == StopReason::CycleLimit);
+  CHECK(total.take(tool((Vector6() << 0.0021, 0, 0, 0, 0, 0).finished())).reason == ProgramStopReason::CycleLimit);
+  CHECK(total.take(tool((Vector6() << 0.001, 0, 0, 0, 0.0101, 0).finished())).reason == ProgramStopReason::CycleLimit);
 }
 
 }  // namespace correction_total_test

@@ -52,7 +52,7 @@ struct Tested {
   double axis() const { return plain_value(telegram, "AIPos", "A1"); }
   double path() const { return plain_value(telegram, "ASPos", "A1"); }
   ControllerPhase phase() const { return of.statistics().phase; }
-  StopReason reason() const { return of.statistics().stop.reason; }
+  ProgramStopReason reason() const { return of.statistics().stop.reason; }
   bool happened(EventKind kind) const {
     for (const ControllerEvent& e : of.events())
       if (e.kind == kind) return true;
@@ -178,7 +178,7 @@ TEST_CASE(
     }
     CHECK(controller.phase() == ControllerPhase::Running);
     CHECK(controller.cycle().empty());
-    CHECK(controller.reason() == StopReason::LateAnswers);
+    CHECK(controller.reason() == ProgramStopReason::LateAnswers);
   }
 }
 
@@ -208,7 +208,7 @@ TEST_CASE("the program stops with the last of the missing answers that are allow
     controller.silent_cycles(allowed - 1);
     CHECK(controller.phase() == ControllerPhase::Running);
     CHECK(controller.cycle().empty());
-    CHECK(controller.reason() == StopReason::LateAnswers);
+    CHECK(controller.reason() == ProgramStopReason::LateAnswers);
     CHECK(controller.of.statistics().missing_most == allowed);
     CHECK(controller.cycle().empty());
     CHECK(controller.of.receive(plain_sen("4", none), 0.001) == AnswerVerdict::Unasked);
@@ -226,7 +226,7 @@ TEST_CASE("a KR C2 stops for a share of late answers, too, and tells late ones i
   REQUIRE(controller.phase() == ControllerPhase::Running);
   CHECK(plain_value(controller.telegram, "Delay", "D") == 99);
   CHECK(controller.cycle().empty());
-  CHECK(controller.reason() == StopReason::LateShare);
+  CHECK(controller.reason() == ProgramStopReason::LateShare);
 }
 
 TEST_CASE("a KR C2 greets with IPOC alone, which needs no answer, and closes after 10 ms for an answer") {
@@ -259,7 +259,7 @@ TEST_CASE("an arm cannot follow the jump of a correction that is not held: the p
   REQUIRE(controller.phase() == ControllerPhase::Running);
   controller.cycle();
   controller.silent_cycles(1);
-  CHECK((controller.reason() == StopReason::AxisSpeed && controller.of.statistics().stop.axis == 1));
+  CHECK((controller.reason() == ProgramStopReason::AxisSpeed && controller.of.statistics().stop.axis == 1));
   CHECK_THAT(stop_message(Controller::Krc4, controller.of.statistics().stop), Catch::Contains("Command velocity A1"));
 }
 
@@ -294,7 +294,7 @@ TEST_CASE("relative corrections of zero for as long as the controller suffers st
   controller.cycles(100);
   CHECK(controller.phase() == ControllerPhase::Running);
   CHECK(controller.cycle().empty());
-  CHECK(controller.reason() == StopReason::Idle);
+  CHECK(controller.reason() == ProgramStopReason::Idle);
   never.cycles(5000);
   CHECK(never.phase() == ControllerPhase::Running);
 }
@@ -307,7 +307,7 @@ TEST_CASE("a correction beyond its limit stops the program with the controller's
   controller.answer(none);
   controller.cycles(1, {0, 0, 0, 0, 5.01, 0});
   CHECK(controller.cycle().empty());
-  CHECK((controller.reason() == StopReason::AxisLimit && controller.of.statistics().stop.axis == 5));
+  CHECK((controller.reason() == ProgramStopReason::AxisLimit && controller.of.statistics().stop.axis == 5));
   CHECK_THAT(stop_message(Controller::Krc4, controller.of.statistics().stop),
              Catch::Contains("AXISCORR1") && Catch::Contains("A5"));
   CHECK_THAT(stop_message(Controller::Krc2, controller.of.statistics().stop), Catch::Contains("RSI stopped"));
@@ -315,7 +315,7 @@ TEST_CASE("a correction beyond its limit stops the program with the controller's
   Tested tool({}, usual_layout(Controller::Krc4, CorrectionTarget::Cartesian));
   tool.cycles(1, {0, 0, 5.1, 0, 0, 0}, "RKorr");
   CHECK(tool.cycle().empty());
-  CHECK(tool.reason() == StopReason::TranslationLimit);
+  CHECK(tool.reason() == ProgramStopReason::TranslationLimit);
 }
 
 TEST_CASE("a pose that the arm does not reach stops the program") {
@@ -323,7 +323,7 @@ TEST_CASE("a pose that the arm does not reach stops the program") {
   options.rules.translation_limit = 10.0;
   Tested controller(options, usual_layout(Controller::Krc4, CorrectionTarget::Cartesian));
   controller.cycles(2, {3000, 0, 0, 0, 0, 0}, "RKorr");
-  CHECK(controller.reason() == StopReason::Unreachable);
+  CHECK(controller.reason() == ProgramStopReason::Unreachable);
 }
 
 TEST_CASE("with drives off the arm stands, corrections move nothing, and telegrams go on as on that controller") {
@@ -387,7 +387,7 @@ TEST_CASE("a reset starts the program where the arm stands: IPOC anew, no correc
   controller.cycle();
   CHECK(controller.phase() == ControllerPhase::Ended);
   controller.of.reset_program();
-  CHECK((controller.phase() == ControllerPhase::Running && controller.reason() == StopReason::None));
+  CHECK((controller.phase() == ControllerPhase::Running && controller.reason() == ProgramStopReason::None));
   CHECK(controller.of.statistics().programs == 3);
   EmulationOptions goes_on = wide();
   goes_on.rules.ipoc_restarts = false;
@@ -426,7 +426,7 @@ TEST_CASE("cycles before the first good answer count, unless the program waits f
   CHECK(waits.phase() == ControllerPhase::Running);
   CHECK(waits.cycle().empty());
   counts.silent_cycles(101);
-  CHECK(counts.reason() == StopReason::LateAnswers);
+  CHECK(counts.reason() == ProgramStopReason::LateAnswers);
 }
 
 TEST_CASE("the computer ends the motion, or closes the connection") {
@@ -436,11 +436,11 @@ TEST_CASE("the computer ends the motion, or closes the connection") {
   controller.cycle();
   controller.of.receive(plain_sen("0", none, "AKorr", "<DiO>1</DiO><Stop>1</Stop>"), 0.001);
   CHECK(controller.cycle().empty());
-  CHECK(controller.reason() == StopReason::Asked);
+  CHECK(controller.reason() == ProgramStopReason::Asked);
   closed.cycles(3);
   closed.of.disconnect();
   CHECK(closed.cycle().empty());
-  CHECK(closed.reason() == StopReason::Disconnected);
+  CHECK(closed.reason() == ProgramStopReason::Disconnected);
 }
 
 TEST_CASE("the bits of the answer move the gripper, and stay without one") {

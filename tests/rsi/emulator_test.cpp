@@ -101,7 +101,7 @@ TEST_CASE("silence does not change the rate, and ends the program after as many 
   }
   CHECK((unanswered > 0 && unanswered <= 20));  // fewer, if the last answers were late on a busy machine
   CHECK(emulator.of.statistics().controller.missing_now == 20);
-  CHECK(emulator.of.statistics().controller.stop.reason == StopReason::LateAnswers);
+  CHECK(emulator.of.statistics().controller.stop.reason == ProgramStopReason::LateAnswers);
   CHECK(emulator.of.events().back().kind == EventKind::Ended);
 }
 
@@ -174,7 +174,7 @@ TEST_CASE("a KR C2 connects over TCP, greets, and ends when the computer goes", 
   CHECK(emulator.of.statistics().connected);
   computer.hang_up();
   REQUIRE(soon([&] { return emulator.of.statistics().controller.phase == ControllerPhase::Ended; }));
-  CHECK(emulator.of.statistics().controller.stop.reason == StopReason::Disconnected);
+  CHECK(emulator.of.statistics().controller.stop.reason == ProgramStopReason::Disconnected);
   emulator.of.reset_program();
   REQUIRE(computer.accept());
   CHECK(computer.receive() == "<Rob Type=\"KUKA\"><IPOC>0</IPOC></Rob>");

@@ -12,13 +12,13 @@ namespace late_answers_test {
 TEST_CASE("cycles without an answer in succession stop at exactly the limit, and an answer begins anew") {
   LateAnswers late(usual_rules(Controller::Krc4));
   for (int round = 0; round < 3; ++round) {
-    for (int i = 1; i < 100; ++i) REQUIRE(late.count(false) == StopReason::None);
+    for (int i = 1; i < 100; ++i) REQUIRE(late.count(false) == ProgramStopReason::None);
     CHECK(late.in_succession() == 99);
-    CHECK(late.count(true) == StopReason::None);
+    CHECK(late.count(true) == ProgramStopReason::None);
     CHECK(late.in_succession() == 0);
   }
-  for (int i = 1; i < 100; ++i) REQUIRE(late.count(false) == StopReason::None);
-  CHECK(late.count(false) == StopReason::LateAnswers);
+  for (int i = 1; i < 100; ++i) REQUIRE(late.count(false) == ProgramStopReason::None);
+  CHECK(late.count(false) == ProgramStopReason::LateAnswers);
   CHECK((late.total() == 397 && late.most_in_succession() == 100));
 }
 
@@ -27,12 +27,12 @@ TEST_CASE("a share of late answers stops a KR C2 that no succession of them stop
   CHECK((rules.max_late == 10 && rules.max_late_share == 0.1 && rules.late_window == 1000));
   LateAnswers late(rules), other(usual_rules(Controller::Krc5));
   for (int i = 0; i < 99; ++i) {
-    REQUIRE(late.count(false) == StopReason::None);
-    REQUIRE(late.count(true) == StopReason::None);
+    REQUIRE(late.count(false) == ProgramStopReason::None);
+    REQUIRE(late.count(true) == ProgramStopReason::None);
   }
   CHECK(late.share() == Approx(0.099));
-  CHECK(late.count(false) == StopReason::LateShare);
-  for (int i = 0; i < 5000; ++i) REQUIRE(other.count(i % 2 == 0) == StopReason::None);
+  CHECK(late.count(false) == ProgramStopReason::LateShare);
+  for (int i = 0; i < 5000; ++i) REQUIRE(other.count(i % 2 == 0) == ProgramStopReason::None);
 }
 
 TEST_CASE("what left the window no longer counts") {
@@ -41,8 +41,8 @@ TEST_CASE("what left the window no longer counts") {
   rules.late_window = 10;
   LateAnswers late(rules);
   for (int round = 0; round < 20; ++round) {
-    for (int i = 0; i < 4; ++i) REQUIRE(late.count(false) == StopReason::None);
-    for (int i = 0; i < 6; ++i) REQUIRE(late.count(true) == StopReason::None);
+    for (int i = 0; i < 4; ++i) REQUIRE(late.count(false) == ProgramStopReason::None);
+    for (int i = 0; i < 6; ++i) REQUIRE(late.count(true) == ProgramStopReason::None);
   }
   CHECK(late.share() == Approx(0.4));
   late.restart();

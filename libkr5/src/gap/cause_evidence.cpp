@@ -140,10 +140,16 @@ std::vector<JudgedColumn> judged_columns(const cell::Recording& recording, const
   for (const ResidualColumn& c : columns) require_cell(c, "which", which);
   std::vector<JudgedColumn> out;
   for (const ColumnGroup& group : column_groups(recording, columns)) {
+    JudgedColumn& column = out.emplace_back();
     Squares squares;
-    for (const ResidualColumn* c : group.judged)
+    for (const ResidualColumn* c : group.judged) {
+      column.experiments.push_back(c->experiment);
       for (const double r : c->residuals.col(which)) squares.add(r);
-    out.push_back({group.name, squares.rows, squares.gap(), noise_limit(squares.rows)});
+    }
+    column.column = group.name;
+    column.rows = squares.rows;
+    column.gap = squares.gap();
+    column.limit = noise_limit(squares.rows);
   }
   return out;
 }

@@ -36,9 +36,9 @@ double CorrectionTotal::limit_of(Eigen::Index joint) const noexcept {
 ProgramStop CorrectionTotal::limit_joints(robot::JointVector& wanted) noexcept {
   for (Eigen::Index i = 0; i < wanted.size(); ++i) {
     const int axis = static_cast<int>(i) + 1;
-    if (beyond(std::abs(wanted[i] - joints_[i]), rules_.axis_per_cycle)) return {StopReason::CycleLimit, axis};
+    if (beyond(std::abs(wanted[i] - joints_[i]), rules_.axis_per_cycle)) return {ProgramStopReason::CycleLimit, axis};
     if (std::abs(wanted[i]) <= limit_of(i) + invisible) continue;
-    if (rules_.at_limit == LimitAction::Stop) return {StopReason::AxisLimit, axis};
+    if (rules_.at_limit == LimitAction::Stop) return {ProgramStopReason::AxisLimit, axis};
     wanted[i] = std::clamp(wanted[i], -limit_of(i), limit_of(i));
     limited_ = true;
   }
@@ -49,13 +49,14 @@ ProgramStop CorrectionTotal::limit_tool(Pose& wanted) noexcept {
   const Vector6 step = to_vector(tool_.inverse() * wanted);
   if (beyond((wanted.translation() - tool_.translation()).norm(), rules_.translation_per_cycle) ||
       beyond(step.tail<3>().norm(), rules_.rotation_per_cycle))
-    return {StopReason::CycleLimit};
+    return {ProgramStopReason::CycleLimit};
   Vector6 total = to_vector(wanted);
   const double turn = total.tail<3>().norm(), far = total.head<3>().cwiseAbs().maxCoeff();
   const bool too_far = far > rules_.translation_limit + invisible,
              too_turned = turn > rules_.rotation_limit + invisible;
   if (!too_far && !too_turned) return {};
-  if (rules_.at_limit == LimitAction::Stop) return {too_far ? StopReason::TranslationLimit : StopReason::RotationLimit};
+  if (rules_.at_limit == LimitAction::Stop)
+    return {too_far ? ProgramStopReason::TranslationLimit : ProgramStopReason::RotationLimit};
   total.head<3>() = total.head<3>().cwiseMax(-rules_.translation_limit).cwiseMin(rules_.translation_limit);
   if (too_turned) total.tail<3>() *= rules_.rotation_limit / turn;
   wanted = to_pose(total);

@@ -143,12 +143,12 @@ void EmulatedController::judge() {
   met_ = met_ || answered;
   if (!met_ && options_.count_from == CountFrom::Answer) return;
   if (!answered && late_.in_succession() == 0) note(EventKind::Missing);
-  const StopReason reason = late_.count(answered);
+  const ProgramStopReason reason = late_.count(answered);
   statistics_.missing = late_.total();
   statistics_.missing_now = late_.in_succession();
   statistics_.missing_most = late_.most_in_succession();
   statistics_.missing_share = late_.share();
-  if (reason != StopReason::None) return end({reason});
+  if (reason != ProgramStopReason::None) return end({reason});
   take_answer();
   apply(units_.correction(applied_), answered);
 }
@@ -171,8 +171,8 @@ bool EmulatedController::idles(const Correction& received, bool answered) noexce
 void EmulatedController::apply(const Correction& received, bool answered) {
   gripper_ = received.gripper;
   if (statistics_.phase != ControllerPhase::Running) return;  // an arm that stands is not corrected
-  if (received.stop_move) return end({StopReason::Asked});
-  if (idles(received, answered)) return end({StopReason::Idle});
+  if (received.stop_move) return end({ProgramStopReason::Asked});
+  if (idles(received, answered)) return end({ProgramStopReason::Idle});
   const robot::JointVector joints = total_.joints();
   const Pose tool = total_.tool();
   const bool was_limited = total_.limited();
@@ -186,7 +186,7 @@ void EmulatedController::apply(const Correction& received, bool answered) {
 ProgramStop EmulatedController::axis_too_fast(const robot::JointVector& setpoints) const noexcept {
   for (Eigen::Index i = 0; i < options_.axis_speeds.size(); ++i)
     if (std::abs(setpoints[i] - setpoints_[i]) > options_.axis_speeds[i] * options_.rules.cycle * (1 + 1e-9))
-      return {StopReason::AxisSpeed, static_cast<int>(i) + 1};
+      return {ProgramStopReason::AxisSpeed, static_cast<int>(i) + 1};
   return {};
 }
 
@@ -222,7 +222,7 @@ void EmulatedController::move() {
   }
   robot_.send(told);
   reading_ = robot_.read();
-  if (!told.stop && !reading_.status.reachable) end({StopReason::Unreachable});
+  if (!told.stop && !reading_.status.reachable) end({ProgramStopReason::Unreachable});
 }
 
 std::string_view EmulatedController::tell() {
@@ -287,7 +287,7 @@ void EmulatedController::set_override(double share) {
 void EmulatedController::reset_program() { begin(); }
 
 void EmulatedController::disconnect() {
-  if (statistics_.phase != ControllerPhase::Ended) end({StopReason::Disconnected});
+  if (statistics_.phase != ControllerPhase::Ended) end({ProgramStopReason::Disconnected});
 }
 
 void EmulatedController::note_overrun(std::uint64_t cycles) { note(EventKind::Overrun, static_cast<double>(cycles)); }

@@ -18,29 +18,29 @@ std::string stop_message(Controller controller, const ProgramStop& stop) {
   const bool old = controller == Controller::Krc2;
   const std::string timeout = old ? "ERX: Defined timeout limit was reached. Answer from server missed!" : "RSITimeout";
   switch (stop.reason) {
-    case StopReason::None:
+    case ProgramStopReason::None:
       return {};
-    case StopReason::LateAnswers:
-    case StopReason::Idle:
+    case ProgramStopReason::LateAnswers:
+    case ProgramStopReason::Idle:
       return signal_flow_message(controller, "ETHERNET1", timeout);
-    case StopReason::LateShare:
+    case ProgramStopReason::LateShare:
       return signal_flow_message(controller, "ETHERNET1", old ? "ERX: Share of late packages too high" : "RSITimeout");
-    case StopReason::AxisLimit:
+    case ProgramStopReason::AxisLimit:
       return signal_flow_message(controller, "AXISCORR1",
                                  "correction of " + axis_name(stop.axis) + " beyond its limit");
-    case StopReason::TranslationLimit:
+    case ProgramStopReason::TranslationLimit:
       return signal_flow_message(controller, "POSCORR1", "translation beyond its limit");
-    case StopReason::RotationLimit:
+    case ProgramStopReason::RotationLimit:
       return signal_flow_message(controller, "POSCORR1", "rotation beyond its limit");
-    case StopReason::CycleLimit:
+    case ProgramStopReason::CycleLimit:
       return signal_flow_message(controller, stop.axis > 0 ? "AXISCORR1" : "POSCORR1", "change in one cycle too large");
-    case StopReason::AxisSpeed:
+    case ProgramStopReason::AxisSpeed:
       return "KSS01102 Command velocity " + axis_name(stop.axis);
-    case StopReason::Unreachable:
+    case ProgramStopReason::Unreachable:
       return "Work envelope exceeded";
-    case StopReason::Asked:
+    case ProgramStopReason::Asked:
       return "RSI_MOVECORR ended by the computer";
-    case StopReason::Disconnected:
+    case ProgramStopReason::Disconnected:
       return signal_flow_message(controller, "ETHERNET1", "connection closed by the computer");
   }
   return {};

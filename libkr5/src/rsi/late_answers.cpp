@@ -19,15 +19,15 @@ double LateAnswers::share() const noexcept {
   return static_cast<double>(in_window_) / static_cast<double>(late_.size());
 }
 
-StopReason LateAnswers::count(bool answered) noexcept {
+ProgramStopReason LateAnswers::count(bool answered) noexcept {
   in_window_ += static_cast<int>(!answered) - static_cast<int>(late_[at_]);
   late_[at_] = !answered;
   at_ = (at_ + 1) % late_.size();
-  if (answered) return in_succession_ = 0, StopReason::None;
+  if (answered) return in_succession_ = 0, ProgramStopReason::None;
   ++total_;
   most_ = std::max(most_, ++in_succession_);
-  if (in_succession_ >= max_late_) return StopReason::LateAnswers;
-  return share() >= max_share_ - share_rounding ? StopReason::LateShare : StopReason::None;
+  if (in_succession_ >= max_late_) return ProgramStopReason::LateAnswers;
+  return share() >= max_share_ - share_rounding ? ProgramStopReason::LateShare : ProgramStopReason::None;
 }
 
 void LateAnswers::restart() noexcept {

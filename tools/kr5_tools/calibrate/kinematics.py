@@ -15,7 +15,7 @@ from kr5.files.writing import check_writable
 from kr5.tables.options import TableOptions
 
 from kr5_tools.calibrate.further_postures import held_out_text, judge, require_placing
-from kr5_tools.calibrate.posture_checks import posture_warnings, require_motion
+from kr5_tools.calibrate.posture_checks import posture_warnings, require_motion, require_order
 from kr5_tools.calibrate.postures import read_postures, read_socket, recorded_postures
 from kr5_tools.calibrate.recorded_arm import (
     CameraCheck,
@@ -152,6 +152,9 @@ def calibrate_kinematics(
     tell_notes(wanted.notes)
     require_placing(seen, further)
     camera_check = None
+    with spinner("Comparing the rows"):
+        found = require_order(chain, seen)
+        require_order(chain, further)
     with spinner("Calibrating"):
         result = calibration.calibrate_kinematics(chain, seen, distances, options)
         if views:
@@ -159,7 +162,7 @@ def calibrate_kinematics(
     if elasticity:
         add_torques(further, believed)
     held_out, unjudged = judge(result, chain, seen, further, distances, options) if result.fit.usable else ({}, [])
-    warnings = [*posture_warnings(chain, seen, result), *unjudged]
+    warnings = [*posture_warnings(found, seen, result), *unjudged]
     if not result.fit.usable:
         result.fit.message = "; ".join([*warnings, result.fit.message])  # what is wrong with the rows comes first
     keys = _keys(result, warnings, held_out, camera_check, postures, cell_file)

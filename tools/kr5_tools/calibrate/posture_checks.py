@@ -22,12 +22,26 @@ def require_motion(chain: kr5.kinematics.DhChain, postures: list[kr5.calibration
         )
 
 
+def require_order(
+    chain: kr5.kinematics.DhChain, postures: list[kr5.calibration.ArmPosture]
+) -> kr5.calibration.PostureFindings:
+    """Refuses measurements that stand beside the joint values of another row: no arm would explain them. Gives what
+    else was found.
+    """
+    found = calibration.check_postures(chain, postures)
+    if found.shifted or found.reordered:
+        (text,) = _pairing_texts(found, [p.name for p in postures])
+        raise kr5.InvalidArgument(f"{text}; put each measurement beside the joint values at which it was taken")
+    return found
+
+
 def posture_warnings(
-    chain: kr5.kinematics.DhChain, postures: list[kr5.calibration.ArmPosture], result: kr5.calibration.KinematicsResult
+    found: kr5.calibration.PostureFindings,
+    postures: list[kr5.calibration.ArmPosture],
+    result: kr5.calibration.KinematicsResult,
 ) -> list[str]:
     """Everything that speaks against the measurements, with the rows concerned."""
     names = [p.name for p in postures]
-    found = calibration.check_postures(chain, postures)
     moved = calibration.find_moved_device(result, postures)
     return [
         *map(_joint_text, found.still_joints),

@@ -114,10 +114,9 @@ class Evidence:
         ]
 
     def judged(self, group: str) -> list[Column]:
-        """The columns of a group (kind.column) that judge it: of the check experiments, of all where none is to
-        check."""
-        all_of = [c for c in self.columns if c.group == group]
-        return [c for c in all_of if str(c.experiment.split) == "check"] or all_of
+        """The columns of a group (kind.column) that judge it."""
+        found = self._judged[0].get(group)
+        return [c for c in self.columns if found and c.group == group and c.experiment.name in found.experiments]
 
     @cached_property
     def of_causes(self) -> list[kr5.gap.CauseEvidence]:

@@ -27,7 +27,7 @@ def axis_warnings(result: kr5.calibration.ArmAxesResult, labels: list[list[str]]
     """Everything that makes the axes doubtful; `labels` are the names of each turn's samples."""
     found = result.findings
     return [
-        *(f"joint {k + 1}: {text}" for k, axis in enumerate(result.axes) for text in axis.warnings),
+        *(f"joint {k + 1}: {text}" for k, axis in enumerate(result.axes) for text in _axis_texts(axis.findings)),
         *_outlier_texts(result, labels),
         *([_shift_text(found.shifted_rows, labels)] if found.shifted_rows else []),
         *(_noise_text(one, labels[one.joint]) for one in found.uneven_noise),
@@ -35,6 +35,21 @@ def axis_warnings(result: kr5.calibration.ArmAxesResult, labels: list[list[str]]
         *([_length_text(found.implausible_length)] if found.implausible_length else []),
         *([_nominal_text(found.nominal_mismatch, len(result.axes))] if found.nominal_mismatch else []),
     ]
+
+
+def _axis_texts(found: kr5.calibration.AxisFindings) -> list[str]:
+    texts = []
+    if found.systematic_residuals:
+        texts.append(
+            "the points leave their circles in a systematic way: another joint moved, the arm yields, or the device"
+            " moved"
+        )
+    if scaled := found.scaled_readings:
+        texts.append(
+            f"the joint turned by {scaled.ratio:.4g} times its readings ({100 * scaled.std:.1f} % standard deviation):"
+            " another joint moved, or the unit is wrong"
+        )
+    return texts
 
 
 def _outlier_texts(result: kr5.calibration.ArmAxesResult, labels: list[list[str]]) -> list[str]:

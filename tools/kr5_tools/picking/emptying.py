@@ -15,8 +15,7 @@ from kr5 import picking, sim
 from kr5_tools.picking.image_refinement import REFINED_ABOVE, CameraView, refine
 from kr5_tools.picking.simulated_bin import CAMERA
 
-REACH = 0.0015  # [m] between cup and surface within which it seals
-ANGLE = np.cos(np.radians(25.0))  # between cup and surface normal
+CUP = sim.GripOptions()
 REPEATS = 6  # images from which the noise is learnt
 MOST_CYCLES = 60
 
@@ -223,17 +222,17 @@ class BinRun:
         self.out.min_clearance = min(self.out.min_clearance, clearance)
         self.out.wall_touches += clearance <= 0
         T_bin_base = np.linalg.inv(np.asarray(self.bin.T_base_bin))
-        met, gap, cosine = self._met(T_bin_base[:3, :3] @ tip + T_bin_base[:3, 3], T_bin_base[:3, :3] @ outwards)
-        common = {"target": met, "tip": tip.tolist(), "approach": outwards.tolist(), "clearance": clearance}
-        if gap > REACH or cosine < ANGLE:
-            cause = "missed" if gap > REACH else "not sealed"
+        T_bin_cup = T_bin_base @ np.vstack([np.column_stack([T[:3, :3], tip]), T[3]])
+        seat = sim.nearest_cup_seat(self.scene, T_bin_cup)
+        common = {"target": seat.pellet, "tip": tip.tolist(), "approach": outwards.tolist(), "clearance": clearance}
+        if not seat.sealed(CUP):
+            cause = "not sealed" if seat.within_reach(CUP) else "missed"
             self.out.failures[cause] = self.out.failures.get(cause, 0) + 1
-            self._note(
-                "pick", f"{cause}: nearest surface {1e3 * gap:.1f} mm from the cup", cycle, success=False, **common
-            )
+            text = f"{cause}: nearest surface {1e3 * seat.distance:.1f} mm from the cup"
+            self._note("pick", text, cycle, success=False, **common)
             return False
         pile = sim.PileOptions(friction=self.options.friction)
-        removal = sim.remove_pellet(self.scene, met, T_bin_base[:3, :3] @ outwards, options=pile)
+        removal = sim.remove_pellet(self.scene, seat.pellet, T_bin_base[:3, :3] @ outwards, options=pile)
         self.scene = removal.scene
         moved = len(removal.moved)
         if not removal.removed:
@@ -244,20 +243,6 @@ class BinRun:
         text = "picked by its end face" if g.on_face else "picked by its side"
         self._note("pick", f"{text}; {moved} others moved", cycle, success=True, moved=moved, **common)
         return True
-
-    def _met(self, tip: np.ndarray, outwards: np.ndarray) -> tuple[int, float, float]:
-        """The cylinder whose surface is nearest to the tip, its distance, and how square the cup stands on it."""
-        best = (0, np.inf, -1.0)
-        for i, pellet in enumerate(self.scene.pellets):
-            T = np.asarray(pellet.T_bin_pellet)
-            q = T[:3, :3].T @ (tip - T[:3, 3])
-            across, along = np.hypot(q[0], q[1]) - pellet.radius, abs(q[2]) - pellet.height / 2
-            gap = float(np.hypot(max(across, 0), max(along, 0)) or abs(max(across, along)))
-            if gap < best[1]:
-                side = np.array([q[0], q[1], 0]) / max(float(np.hypot(q[0], q[1])), 1e-9)
-                normal = side if across > along else np.array([0, 0, np.sign(q[2])])
-                best = (i, gap, float((T[:3, :3] @ normal) @ outwards))
-        return best
 
     def _shake(self, cycle: int, reason: str) -> None:
         """What is left is thrown up and settles anew."""

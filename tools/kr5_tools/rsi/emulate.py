@@ -237,7 +237,7 @@ def conclude(
     if statistics.overruns:
         terminal.print_note("this computer was late itself at times: not every missing answer is the client's fault.")
     writing.write_json(as_dict(statistics, events, layout), json_file)
-    stopped = statistics.controller.stop.reason not in (rsi.StopReason.None_, rsi.StopReason.Asked)
+    stopped = statistics.controller.stop.reason not in (rsi.ProgramStopReason.None_, rsi.ProgramStopReason.Asked)
     return stopped or statistics.controller.answered == 0
 
 

@@ -46,7 +46,7 @@ def verdict_sentence(statistics: rsi.EmulatorStatistics, layout: rsi.TelegramLay
     if c.answered == 0:
         where = f"{layout.address}:{layout.port} ({str(layout.transport).upper()})"
         return f"No client gave a good answer at {where}: {format_count(c.sent, 'telegram')} went out."
-    if c.stop.reason != rsi.StopReason.None_:
+    if c.stop.reason != rsi.ProgramStopReason.None_:
         return f"The program ended: {rsi.stop_message(layout.controller, c.stop)}."
     return f"{c.answered} of {format_count(c.answered + c.missing, 'cycle')} had a good answer."
 

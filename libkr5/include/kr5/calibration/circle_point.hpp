@@ -3,7 +3,6 @@
 
 #include <optional>
 #include <span>
-#include <string>
 #include <vector>
 
 #include <kr5/core/fit_report.hpp>
@@ -49,6 +48,41 @@ struct JointAxisOptions {
   }
 };
 
+/// Residuals of neighbouring samples that are alike: the points leave their circles in a systematic way.
+struct SystematicResiduals {
+  double correlation = 0.0;  ///< [-]
+  double std = 0.0;          ///< [-]
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("correlation", self.correlation, "Of the residuals of samples that follow one another [-].");
+    visit("std", self.std, "Its standard deviation where residuals are noise [-].");
+  }
+};
+
+/// A joint that turned by another angle than its readings say.
+struct ScaledReadings {
+  double ratio = 1.0;  ///< [-]
+  double std = 0.0;    ///< [-]
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("ratio", self.ratio, "Angle by which it turned over that of its readings [-].");
+    visit("std", self.std, "Standard deviation of the ratio [-].");
+  }
+};
+
+/// Reasons to doubt that one joint alone moved.
+struct AxisFindings {
+  std::optional<SystematicResiduals> systematic_residuals;
+  std::optional<ScaledReadings> scaled_readings;
+
+  bool empty() const { return !systematic_residuals && !scaled_readings; }
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("systematic_residuals", self.systematic_residuals, "The points leave their circles in a systematic way.");
+    visit("scaled_readings", self.scaled_readings, "The joint turned by another angle than its readings say.");
+  }
+};
+
 struct JointAxisResult {
   kinematics::AxisLine axis;                             ///< Its point is the centre of the first circle.
   Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();  ///< [m, rad]
@@ -62,7 +96,7 @@ struct JointAxisResult {
   double dof = 0.0;             ///< [-]
   double rms = 0.0;             ///< [m]
   std::vector<int> outliers;
-  std::vector<std::string> warnings;
+  AxisFindings findings;
   FitReport fit;
 
   static void each_field(auto& self, auto&& visit) {
@@ -80,7 +114,7 @@ struct JointAxisResult {
     visit("dof", self.dof, "Degrees of freedom behind the estimated noise [-].");
     visit("rms", self.rms, "RMS distance of the points from their circles [m].");
     visit("outliers", self.outliers, "Samples, counted from 0, that contradict the others and were left out.");
-    visit("warnings", self.warnings, "Reasons to doubt that one joint alone moved.");
+    visit("findings", self.findings, "Reasons to doubt that one joint alone moved.");
     visit("fit", self.fit, "Report of the estimation.");
   }
 };

@@ -20,12 +20,14 @@ double residual_gap(const Eigen::VectorXd& residuals);
 /// Gap of a column over the experiments that judge it: those to check, all where none is.
 struct JudgedColumn {
   std::string column;
+  std::vector<std::string> experiments;
   int rows = 0;
   double gap = 0.0;    ///< [-]
   double limit = 0.0;  ///< [-]
 
   static void each_field(auto& self, auto&& visit) {
     visit("column", self.column, "Kind of experiment and column, e.g. motion.i3.");
+    visit("experiments", self.experiments, "Names of the experiments that judge it.");
     visit("rows", self.rows, "Number of compared rows.");
     visit("gap", self.gap, "RMS of their residuals; NaN without any [-].");
     visit("limit", self.limit, "Gap that noise alone exceeds once in a thousand columns [-].");

@@ -25,7 +25,7 @@ constexpr auto enum_names(ControllerPhase) {
 }
 
 /// Why a program ended.
-enum class StopReason {
+enum class ProgramStopReason {
   None,
   LateAnswers,       ///< As many cycles in succession without a good answer as are allowed.
   LateShare,         ///< As large a share of them.
@@ -39,28 +39,28 @@ enum class StopReason {
   Asked,             ///< The computer ended RSI_MOVECORR.
   Disconnected,      ///< The computer closed the connection.
 };
-constexpr auto enum_names(StopReason) {
-  using enum StopReason;
-  return names<StopReason>({{None, "none"},
-                            {LateAnswers, "late_answers"},
-                            {LateShare, "late_share"},
-                            {AxisLimit, "axis_limit"},
-                            {TranslationLimit, "translation_limit"},
-                            {RotationLimit, "rotation_limit"},
-                            {CycleLimit, "cycle_limit"},
-                            {AxisSpeed, "axis_speed"},
-                            {Unreachable, "unreachable"},
-                            {Idle, "idle"},
-                            {Asked, "asked"},
-                            {Disconnected, "disconnected"}});
+constexpr auto enum_names(ProgramStopReason) {
+  using enum ProgramStopReason;
+  return names<ProgramStopReason>({{None, "none"},
+                                   {LateAnswers, "late_answers"},
+                                   {LateShare, "late_share"},
+                                   {AxisLimit, "axis_limit"},
+                                   {TranslationLimit, "translation_limit"},
+                                   {RotationLimit, "rotation_limit"},
+                                   {CycleLimit, "cycle_limit"},
+                                   {AxisSpeed, "axis_speed"},
+                                   {Unreachable, "unreachable"},
+                                   {Idle, "idle"},
+                                   {Asked, "asked"},
+                                   {Disconnected, "disconnected"}});
 }
 
 /// A reason, and the axis that it is about: 1 to 12, 0 for none.
 struct ProgramStop {
-  StopReason reason = StopReason::None;
+  ProgramStopReason reason = ProgramStopReason::None;
   int axis = 0;
 
-  explicit operator bool() const noexcept { return reason != StopReason::None; }
+  explicit operator bool() const noexcept { return reason != ProgramStopReason::None; }
 
   static void each_field(auto& self, auto&& visit) {
     visit("reason", self.reason, "Why the program ended; none: it has not.");
@@ -68,7 +68,7 @@ struct ProgramStop {
   }
 };
 
-/// What the controller shows when the program ends; nothing for StopReason::None.
+/// What the controller shows when the program ends; nothing for ProgramStopReason::None.
 std::string stop_message(Controller controller, const ProgramStop& stop);
 
 enum class EventKind {

@@ -16,7 +16,7 @@ class LateAnswers {
   explicit LateAnswers(const ControllerRules& rules);
 
   /// A cycle is over; why the program stops with it, if it does.
-  StopReason count(bool answered) noexcept;
+  ProgramStopReason count(bool answered) noexcept;
   /// A new program; what was counted in all stays.
   void restart() noexcept;
 

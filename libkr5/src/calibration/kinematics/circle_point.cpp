@@ -424,8 +424,8 @@ double relative_radius_std(const AxisFit& fit) {
   return std::sqrt(symmetric_eigen(offset).values[1]) / radius;
 }
 
-/// Why the joint turned by another angle than its readings say; empty when it did not, as far as noise lets it be seen.
-std::string turn_warning(const AxisEstimation& estimation) {
+/// Empty when the joint turned as its readings say, as far as noise lets it be seen.
+std::optional<ScaledReadings> find_scaled_readings(const AxisEstimation& estimation) {
   constexpr double matters = 0.005, false_alarm = 1e-4;  // of a sound encoder
   std::vector<double> readings, found;
   for (std::size_t i = 0; i < estimation.samples.size(); ++i) {
@@ -444,34 +444,28 @@ std::string turn_warning(const AxisEstimation& estimation) {
       std::max(angle.squaredNorm() - slope * qa, 0.0) / dof / qq + std::pow(relative_radius_std(*estimation.fit), 2);
   const double f = (slope - 1) * (slope - 1) / std::max(variance, 1e-30);
   if (std::abs(slope - 1) < matters || 1 - uncertainty::fisher_cdf(f, 1, dof) > false_alarm) return {};
-  std::ostringstream text;
-  text << "the joint turned by " << std::setprecision(4) << slope << " times its readings (" << std::setprecision(1)
-       << std::fixed << 100 * std::sqrt(variance)
-       << " % standard deviation): another joint moved, or the unit is wrong";
-  return text.str();
+  return ScaledReadings{slope, std::sqrt(variance)};
 }
 
-/// Reasons to doubt that one joint alone moved.
-std::vector<std::string> axis_warnings(const AxisEstimation& estimation) {
-  std::vector<std::string> out;
-  constexpr double rounding = 1e-9;  // computed samples have no noise that could be systematic [m]
-  if (estimation.sigma_position < rounding) return out;
-  const auto n = estimation.samples.size();
-  // Residuals of neighbours along the arc are alike where the points leave their circle.
+/// Residuals of neighbours along the arc are alike where the points leave their circle.
+std::optional<SystematicResiduals> find_systematic_residuals(const AxisEstimation& estimation) {
   double product = 0.0, square = 0.0, pairs = 0.0;
   Eigen::VectorXd before;
-  for (std::size_t i = 0; i < n; ++i) {
+  for (std::size_t i = 0; i < estimation.samples.size(); ++i) {
     if (!(estimation.weights[i] > 0) || estimation.fit->observations[i].empty()) continue;
     const Eigen::VectorXd r = estimation.fit->fit.residuals(estimation.fit->observations[i].front()).head<3>();
     square += r.squaredNorm();
     if (before.size()) product += r.dot(before), pairs += 3;
     before = r;
   }
-  if (pairs >= 24 && product / square > 5 / std::sqrt(pairs))
-    out.push_back(
-        "the points leave their circles in a systematic way: another joint moved, the arm yields, or the device moved");
-  if (const std::string turned = turn_warning(estimation); !turned.empty()) out.push_back(turned);
-  return out;
+  if (pairs < 24 || !(product / square > 5 / std::sqrt(pairs))) return {};
+  return SystematicResiduals{product / square, 1 / std::sqrt(pairs)};
+}
+
+AxisFindings find_in_axis(const AxisEstimation& estimation) {
+  constexpr double rounding = 1e-9;  // computed samples have no noise that could be systematic [m]
+  if (estimation.sigma_position < rounding) return {};
+  return {find_systematic_residuals(estimation), find_scaled_readings(estimation)};
 }
 
 void check_samples(std::span<const JointSample> samples) {
@@ -522,7 +516,7 @@ void write_axis(const AxisEstimation& estimation, JointAxisResult& out) {
   }
   out.rms = std::sqrt(squares / std::max(count, 1.0));
   out.arc = out.angles.maxCoeff() - out.angles.minCoeff();
-  out.warnings = axis_warnings(estimation);
+  out.findings = find_in_axis(estimation);
   out.fit = fit.result.fit;
 }
 

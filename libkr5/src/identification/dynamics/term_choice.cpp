@@ -50,7 +50,7 @@ struct NormalSums {
 class Estimate {
  public:
   /// @param now Columns of the model so far; @param more Columns that may be added.
-  Estimate(const NormalSums& sums, const Columns& now, const Columns& more) : sums_(sums), now_(now) {
+  Estimate(const NormalSums& sums, const Columns& now, const Columns& more) : sums_(sums) {
     const MatrixXd A = sums.A(now, now);
     scale_ = A.diagonal().cwiseSqrt().cwiseMax(1e-300).cwiseInverse();
     MatrixXd scaled = scale_.asDiagonal() * A * scale_.asDiagonal();
@@ -86,7 +86,6 @@ class Estimate {
   }
 
   const NormalSums& sums_;
-  const Columns& now_;
   Index first_ = 0;
   VectorXd scale_, beta_, right_;
   MatrixXd imitated_, left_;

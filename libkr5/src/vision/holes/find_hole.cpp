@@ -88,11 +88,13 @@ cv::Mat1b draw_square_on(const PlaneView& view, const RectifiedPlane& sheet) {
   return drawn;
 }
 
-/// Circles on the plane with radii from `low` to `high` [m], best supported first.
+/// Circles on the plane with radii from `low` to `high` [m], best supported first. Circles beside each other are all
+/// wanted: the foot of a tube that is seen from the side can look like one that is better supported than the mouth.
 std::vector<PlaneCircle> hough_circles(const cv::Mat1b& drawn, const RectifiedPlane& sheet, const HoleOptions& o,
                                        double low, double high) {
+  constexpr double apart = 0.5;  // centres, at least, over the radius
   std::vector<cv::Vec3f> found;
-  cv::HoughCircles(drawn, found, cv::HOUGH_GRADIENT, o.accumulator_pixel, o.pixels_per_radius, o.edge_threshold,
+  cv::HoughCircles(drawn, found, cv::HOUGH_GRADIENT, o.accumulator_pixel, apart * o.pixels_per_radius, o.edge_threshold,
                    o.accumulator_votes, static_cast<int>(std::floor(low / sheet.pixel)),
                    static_cast<int>(std::ceil(high / sheet.pixel)));
   constexpr std::size_t most = 8;
@@ -105,7 +107,7 @@ std::vector<PlaneCircle> hough_circles(const cv::Mat1b& drawn, const RectifiedPl
 /// What came of the circles that were measured.
 struct Measured {
   std::vector<CircleEdge> right;
-  std::vector<double> other_radii;
+  std::vector<PlaneCircle> other;
   bool cut = false;
 
   void add(const PlaneView& view, const PlaneCircle& guess, const HoleOptions& o) {
@@ -115,13 +117,25 @@ struct Measured {
     }
     const auto edge = measure_circle(view, guess, o.min_contrast);
     if (!edge || edge->edges < o.min_seen * edge->places) return;
-    if (std::abs(edge->circle.radius - o.radius) > o.radius_tolerance) {
-      other_radii.push_back(edge->circle.radius);
-      return;
-    }
-    for (const CircleEdge& known : right)
-      if ((known.circle.centre - edge->circle.centre).norm() < o.radius) return;
-    right.push_back(*edge);
+    if (std::abs(edge->circle.radius - o.radius) > o.radius_tolerance)
+      add_other(edge->circle);
+    else
+      add_right(*edge, o.radius);
+  }
+  /// Bores do not overlap: of circles that do, the sharpest is one.
+  void add_right(const CircleEdge& edge, double radius) {
+    for (CircleEdge& known : right)
+      if ((known.circle.centre - edge.circle.centre).norm() < radius) {
+        if (edge.rms_px < known.rms_px) known = edge;
+        return;
+      }
+    right.push_back(edge);
+  }
+  void add_other(const PlaneCircle& circle) {
+    constexpr double same = 0.05;  // of the radius, between guesses that led to the same edge
+    for (const PlaneCircle& known : other)
+      if ((known.centre - circle.centre).norm() + std::abs(known.radius - circle.radius) < same * circle.radius) return;
+    other.push_back(circle);
   }
   /// Edges of one image are equally sharp: where several circles pass, those that their edges fit much more roughly
   /// than the best one's were put together from edges of several things.
@@ -136,16 +150,20 @@ struct Measured {
 HoleDetection explain(const Measured& measured, const HoleOptions& o) {
   if (measured.cut)
     return not_found(HoleStatus::CutByBorder, "the mouth extends beyond the image; turn or move the camera towards it");
-  if (measured.other_radii.empty())
+  if (measured.other.empty())
     return not_found(HoleStatus::NoCircle,
                      "no circle with a dark interior lies on the plane; check the light, the height of the plane, and "
                      "that nothing hides the bore");
   std::string seen;
-  for (const double radius : measured.other_radii) seen += (seen.empty() ? "" : ", ") + mm(radius);
+  std::vector<double> radii;
+  for (const PlaneCircle& circle : measured.other) {
+    seen += (seen.empty() ? "" : ", ") + mm(circle.radius);
+    radii.push_back(circle.radius);
+  }
   HoleDetection observation = not_found(
       HoleStatus::WrongRadius, "circles of radius " + seen + ", none of " + mm(o.radius) + " within " +
                                    mm(o.radius_tolerance) + "; check the radius asked for and the height of the plane");
-  observation.other_radii = measured.other_radii;
+  observation.other_radii = radii;
   return observation;
 }
 
