@@ -159,6 +159,7 @@ JobTruth judge_job(const sim::WorkCell& cell) {
     out.in_tube += p.place == sim::PelletPlace::Tube;
     out.on_stand += p.place == sim::PelletPlace::Stand;
     out.in_bin += p.place == sim::PelletPlace::Bin;
+    out.loose += p.place == sim::PelletPlace::Grip || p.place == sim::PelletPlace::Loose;
     out.lost += p.place == sim::PelletPlace::Lost;
   }
   return out;

@@ -36,6 +36,7 @@ struct JobTruth {
   int in_tube = 0;
   int on_stand = 0;
   int in_bin = 0;
+  int loose = 0;
   int lost = 0;
   double max_force = 0.0;  ///< [N]
 
@@ -43,6 +44,7 @@ struct JobTruth {
     visit("in_tube", self.in_tube, "Number of pellets in the tube.");
     visit("on_stand", self.on_stand, "Number of pellets on the stand.");
     visit("in_bin", self.in_bin, "Number of pellets in the bin.");
+    visit("loose", self.loose, "Number of pellets that are held, or have not come to rest.");
     visit("lost", self.lost, "Number of pellets that lie elsewhere.");
     visit("max_force", self.max_force, "Maximum force between gripper and pellet since the last grip [N].");
   }
