@@ -3,8 +3,8 @@
 #include <filesystem>
 #include <string>
 
-#include <catch2/catch.hpp>
 #include <unistd.h>
+#include <catch2/catch.hpp>
 
 #include <kr5/core/error.hpp>
 #include <kr5/core/random.hpp>
@@ -30,8 +30,8 @@ sim::WorkCell cell_of(std::uint64_t seed) {
 
 /// A journal that is not there yet.
 std::filesystem::path new_journal(const std::string& name) {
-  const auto out = std::filesystem::temp_directory_path() /
-                   ("kr5_job_runner_" + std::to_string(getpid()) + "_" + name + ".db");
+  const auto out =
+      std::filesystem::temp_directory_path() / ("kr5_job_runner_" + std::to_string(getpid()) + "_" + name + ".db");
   std::filesystem::remove(out);
   return out;
 }
@@ -39,7 +39,7 @@ std::filesystem::path new_journal(const std::string& name) {
 }  // namespace
 
 TEST_CASE("a job brings the pellets of a small bin into the tube", "[long][not_sanitized]") {
-  const std::uint64_t seed = GENERATE(as<std::uint64_t>{}, 811, 812);
+  const std::uint64_t seed = GENERATE(as<std::uint64_t>{}, 831, 832);
   sim::WorkCell cell = cell_of(seed);
   work::WorkOptions options = work::work_options(cell);
   options.job.pellets = 3;
@@ -66,7 +66,7 @@ TEST_CASE("a job brings the pellets of a small bin into the tube", "[long][not_s
 
 TEST_CASE("a job that is killed goes on from its journal with the state of the cell, or says what must be seen first",
           "[long][not_sanitized]") {
-  const std::uint64_t seed = GENERATE(as<std::uint64_t>{}, 821, 822);
+  const std::uint64_t seed = GENERATE(as<std::uint64_t>{}, 841, 842, 843, 844);
   sim::WorkCell first = cell_of(seed);
   work::WorkOptions options = work::work_options(first);
   options.job.pellets = 1;

@@ -151,12 +151,21 @@ void place_over_bin(sim::WorkCell& cell, const WorkOptions& options) {
   cell.place(best->q);
 }
 
+/// Whether a pellet is in a bore as a whole: what stands on others there may rock for long.
+static bool swallowed(const sim::PelletTruth& p) {
+  return p.place == sim::PelletPlace::Tube ||
+         (p.place == sim::PelletPlace::Loose && p.tube >= 0 && p.depth >= p.height);
+}
+
 JobTruth judge_job(const sim::WorkCell& cell) {
   const sim::WorkCellTruth truth = cell.truth();
   JobTruth out;
   out.max_force = truth.max_force;
   for (const sim::PelletTruth& p : truth.pellets) {
-    out.in_tube += p.place == sim::PelletPlace::Tube;
+    if (swallowed(p)) {
+      ++out.in_tube;
+      continue;
+    }
     out.on_stand += p.place == sim::PelletPlace::Stand;
     out.in_bin += p.place == sim::PelletPlace::Bin;
     out.loose += p.place == sim::PelletPlace::Grip || p.place == sim::PelletPlace::Loose;

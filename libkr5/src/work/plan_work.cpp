@@ -37,8 +37,7 @@ class Reach {
   }
   bool of(const job::PlannedPick& pick) const {
     bool out = of(pick.T_base_grasp);
-    for (int k = 0; out && k < pick.visits; ++k)
-      out = of(pick.visit(k).T_base_put) && of(pick.visit(k).T_base_take);
+    for (int k = 0; out && k < pick.visits; ++k) out = of(pick.visit(k).T_base_put) && of(pick.visit(k).T_base_take);
     return out;
   }
 
@@ -75,7 +74,8 @@ std::optional<job::PlannedPick> plan_at(const picking::HeldPellet& held, const p
   job::PlannedPick out = pick_of(grasp.T_base_gripper, plan);
   // The fingers take every pellet at one height above its lower end, whatever its own is.
   job::StationVisit& last = out.visits == 1 ? out.first : out.second;
-  last.T_base_take = standing * Translation3d(0, 0, o.grip_height) * Eigen::AngleAxisd(std::numbers::pi, Vector3d::UnitX());
+  last.T_base_take =
+      standing * Translation3d(0, 0, o.grip_height) * Eigen::AngleAxisd(std::numbers::pi, Vector3d::UnitX());
   return out;
 }
 
@@ -113,8 +113,8 @@ job::HoleResult find_tube(ImageView picture, const cell::Cell& believed, const P
   hole.radius = believed.tube->inner_radius;
   hole.search = options.hole_search;
   hole.sigma_height = options.face_std;
-  const vision::HoleDetection seen = vision::find_hole(
-      picture, camera.lens(), T_base_camera.inverse() * options.job.places.T_base_tube, hole);
+  const vision::HoleDetection seen =
+      vision::find_hole(picture, camera.lens(), T_base_camera.inverse() * options.job.places.T_base_tube, hole);
   job::HoleResult out;
   out.found = seen.found();
   if (!out.found) return out;

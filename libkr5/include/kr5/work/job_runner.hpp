@@ -41,10 +41,10 @@ struct JobTruth {
   double max_force = 0.0;  ///< [N]
 
   static void each_field(auto& self, auto&& visit) {
-    visit("in_tube", self.in_tube, "Number of pellets in the tube.");
+    visit("in_tube", self.in_tube, "Number of pellets that are in the tube as a whole, let go.");
     visit("on_stand", self.on_stand, "Number of pellets on the stand.");
     visit("in_bin", self.in_bin, "Number of pellets in the bin.");
-    visit("loose", self.loose, "Number of pellets that are held, or have not come to rest.");
+    visit("loose", self.loose, "Number of others that are held, or have not come to rest.");
     visit("lost", self.lost, "Number of pellets that lie elsewhere.");
     visit("max_force", self.max_force, "Maximum force between gripper and pellet since the last grip [N].");
   }
