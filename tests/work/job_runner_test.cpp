@@ -47,15 +47,15 @@ TEST_CASE("a job brings the pellets of a small bin into the tube", "[long][not_s
   job::Journal journal(new_journal("whole"), "test");
   work::JobRunner runner(cell, options, journal);
   const work::JobRun run = runner.run();
-  for (const job::JobRecord& r : journal.records())
-    UNSCOPED_INFO(r.time << " s, pellet " << r.pellet << ": " << name_of(r.kind) << " " << name_of(r.phase) << " after "
-                         << name_of(r.outcome) << ", " << name_of(r.pellet_state) << ", " << name_of(r.stop));
   CHECK(run.done());
   CHECK(run.state.inserted == 3);
   for (int k = 0; k < 250; ++k) {  // the last pellet may still fall
     cell.read();
     cell.send({});
   }
+  for (const job::JobRecord& r : journal.records())
+    UNSCOPED_INFO(r.time << " s, pellet " << r.pellet << ": " << name_of(r.kind) << " " << name_of(r.phase) << " after "
+                         << name_of(r.outcome) << ", " << name_of(r.pellet_state) << ", attempt " << r.attempt);
   const work::JobTruth truth = work::judge_job(cell);
   INFO("loose " << truth.loose << ", lost " << truth.lost << ", on the stand " << truth.on_stand);
   for (const sim::PelletTruth& p : cell.truth().pellets)
