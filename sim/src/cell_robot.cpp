@@ -14,6 +14,7 @@
 #include <kr5/robot/sensing.hpp>
 #include <kr5/sim/sensors.hpp>
 
+#include "cycle_steps.hpp"
 #include "ik_solver.hpp"
 #include "joint_lead.hpp"
 
@@ -227,14 +228,12 @@ void CellRobot::State::brake(double step) {
 /// Brakes for a cycle; an arm that has come to rest stands there.
 void CellRobot::State::stop_moving() {
   braked = true;
-  const int steps = static_cast<int>(std::ceil(cycle / arm.step() - 1e-6));
-  arm.set_step(cycle / steps);
+  const int steps = divide_cycle(arm, cycle);
   for (int i = 0; i < steps; ++i) brake(cycle / steps);
 }
 
 void CellRobot::State::move() {
-  const int steps = static_cast<int>(std::ceil(cycle / arm.step() - 1e-6));
-  arm.set_step(cycle / steps);
+  const int steps = divide_cycle(arm, cycle);
   for (int i = 1; i <= steps; ++i) follow(i * cycle / steps);
 }
 

@@ -9,6 +9,8 @@
 #include <kr5/core/error.hpp>
 #include <kr5/physics/tool.hpp>
 
+#include "cycle_steps.hpp"
+
 namespace kr5::sim {
 namespace {
 
@@ -147,18 +149,11 @@ void CommandedArm::send(const robot::RobotCommand& command, const Moved& moved) 
 }
 
 void CommandedArm::follow(const VectorXd& before, const Moved& moved) {
-  const int steps = static_cast<int>(std::ceil(cycle_ / arm_.step() - 1e-6));
-  arm_.set_step(cycle_ / steps);
-  // Gears that give way swing against the contact: pellet and arm then take turns step by step.
-  const bool stiff = arm_.drives().rigid();
-  for (int i = 1; i <= steps; ++i) {
-    arm_.follow(before + (command_ - before) * i / steps);
-    if (stiff && i < steps) continue;
-    const double passed = stiff ? cycle_ : cycle_ / steps;
+  follow_cycle(arm_, before, command_, cycle_, [&](double passed) {
     if (options_.noise) wander_.pass(passed, random_);
     arm_.read();
     moved(passed);
-  }
+  });
 }
 
 void CommandedArm::touch(const Vector6& wrench) {

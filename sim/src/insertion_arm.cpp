@@ -11,6 +11,8 @@
 #include <kr5/physics/tool.hpp>
 #include <kr5/physics/tube.hpp>
 
+#include "cycle_steps.hpp"
+
 namespace kr5::sim {
 namespace {
 
@@ -196,18 +198,11 @@ void InsertionArm::send(const robot::RobotCommand& command) {
     command_ = lead_.q();
   }
   peg_.hold(command.gripper.hold, command.gripper.air);
-  const int steps = static_cast<int>(std::ceil(cycle_ / arm_.step() - 1e-6));
-  arm_.set_step(cycle_ / steps);
-  // Gears that give way swing against the contact: peg and arm then take turns step by step.
-  const bool stiff = arm_.drives().rigid();
-  for (int i = 1; i <= steps; ++i) {
-    arm_.follow(before + (command_ - before) * i / steps);
-    if (stiff && i < steps) continue;
-    const double passed = stiff ? cycle_ : cycle_ / steps;
+  follow_cycle(arm_, before, command_, cycle_, [&](double passed) {
     if (setup_.noise) wander_.pass(passed, random_);
     reading_ = arm_.read();
     move_peg(held(), passed);
-  }
+  });
   time_ += cycle_;
 }
 

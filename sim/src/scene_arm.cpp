@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scene_arm.hpp"
 
-#include <cmath>
-
 #include <kr5/core/error.hpp>
 #include <kr5/physics/contact.hpp>
 #include <kr5/sim/driven_arm.hpp>
 
+#include "cycle_steps.hpp"
 #include "scene_reference.hpp"
 #include "scene_rows.hpp"
 #include "scene_sensors.hpp"
@@ -97,8 +96,7 @@ void run_arm_scene(const Scene& scene, const cell::Cell& cell, SceneResult& out)
     sensors.sample(t, arm);
     if (scene.scanner) row.push_back(sensors.range());
     rows.add(std::move(row));
-    const auto count = static_cast<int>(std::ceil(cycle / arm.step() - 1e-6));
-    arm.set_step(cycle / count);
+    const int count = divide_cycle(arm, cycle);
     for (int i = 1; i <= count; ++i, ++out.steps) {
       const double late = arm.drives().servo.empty() ? 0.0 : arm.drives().servo.front().delay;
       if (c.kind == ControllerKind::Servo) arm.follow(reference.at(t + i * cycle / count - late));

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include <kr5/core/error.hpp>
+#include <kr5/physics/identified_cell.hpp>
 #include <kr5/physics/tube.hpp>
 
 #include "actual_cell.hpp"
@@ -24,17 +25,17 @@ constexpr double on_plate = 5e-4;           // above a plate on which a pellet l
 /// What the controller is told: peg and bore as they are nominally.
 cell::Cell believed_cell(const cell::Cell& given, const WorkCellOptions& options) {
   options.validate();
-  cell::Cell out = given;
-  out.effects = {};
-  out.peg = cell::Peg{.radius = options.pour.radius,
-                      .length = 0.5 * (options.pour.height_min + options.pour.height_max),
-                      .chamfer = given.peg ? given.peg->chamfer : 0.0};
-  require(out.tube.has_value(), "tube: a work cell needs one");
+  cell::Cell cell = given;
+  cell.effects = {};
+  cell.peg = cell::Peg{.radius = options.pour.radius,
+                       .length = 0.5 * (options.pour.height_min + options.pour.height_max),
+                       .chamfer = given.peg ? given.peg->chamfer : 0.0};
+  require(cell.tube.has_value(), "tube: a work cell needs one");
   const double bore = options.pour.radius + options.clearance;
-  out.tube->outer_radius += bore - out.tube->inner_radius;
-  out.tube->inner_radius = bore;
-  check_parts(out);
-  return out;
+  cell.tube->outer_radius += bore - cell.tube->inner_radius;
+  cell.tube->inner_radius = bore;
+  check_parts(cell);
+  return cell;
 }
 
 InsertionSetup setup_of(const WorkCellOptions& options, Random& random) {
@@ -56,25 +57,22 @@ InsertionSetup setup_of(const WorkCellOptions& options, Random& random) {
 /// The force sensor as it really is: scales, offsets and their drift drawn beside what the cell carries.
 void draw_sensor(cell::Cell& cell, const WorkCellErrors& errors, Random& random) {
   constexpr double lever = 0.1;  // of a torque's offset to a force's [m]
-  const char* const components[] = {"fx", "fy", "fz", "tx", "ty", "tz"};
+  const auto draw = [&](double sigma) { return sigma > 0.0 ? random.normal(sigma) : 0.0; };
+  physics::WrenchSensor sensor(cell);
   for (int i = 0; i < 6; ++i) {
     const double share = i < 3 ? 1.0 : lever;
-    const auto shift = [&](const char* effect, const char* parameter, double sigma) {
-      if (sigma > 0.0)
-        cell.effects.set(effect, components[i], parameter,
-                         cell.effects.number(effect, parameter, i) + random.normal(sigma));
-    };
-    shift("ft_gain", "gain", errors.force_gain);
-    shift("ft_bias", "bias", share * errors.force_bias);
-    shift("ft_drift", "rate", share * errors.force_drift);
+    sensor.gain(i, i) += draw(errors.force_gain);
+    sensor.bias[i] += draw(share * errors.force_bias);
+    sensor.rate[i] += draw(share * errors.force_drift);
   }
+  physics::set_wrench_sensor(cell, sensor);
 }
 
 cell::Cell real_cell(const cell::Cell& given, const cell::Cell& believed, const WorkCellOptions& options,
                      Random& random) {
-  cell::Cell carrying = believed;
-  carrying.effects = given.effects;
-  cell::Cell out = actual_cell(carrying, setup_of(options, random));
+  cell::Cell cell = believed;
+  cell.effects = given.effects;
+  cell::Cell out = actual_cell(cell, setup_of(options, random));
   if (options.noise) draw_sensor(out, options.errors, random);
   return out;
 }

@@ -186,7 +186,7 @@ def test_the_command_tells_what_there_was(client, share, run_kr5, tmp_path):
     answer_all(client, 10_000)
     done = run_kr5(
         "rsi", "emulate", share / "cells/kr5_arc.yaml", "--controller", "krc2", "--transport", client.transport,
-        "--port", client.port, "--for", 2, "--do", "override=50@0.5", "--json", "out.json",
+        "--port", client.port, "--for", 2, "--do", "override=50@0.5", "--timeout", 1000, "--json", "out.json",
     )  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
     out = json.loads((tmp_path / "out.json").read_text())

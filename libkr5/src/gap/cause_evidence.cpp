@@ -10,6 +10,8 @@
 #include <kr5/cell/effect.hpp>
 #include <kr5/core/error.hpp>
 
+#include "gap/reporting/residual_owner.hpp"
+
 namespace kr5::gap {
 namespace {
 
@@ -38,20 +40,6 @@ struct TwoSquares {
   double gain() const { return without.sum - with.sum; }
 };
 
-const cell::Experiment& experiment_of(const cell::Recording& recording, const ResidualColumn& column) {
-  const auto at = std::find_if(recording.experiments.begin(), recording.experiments.end(),
-                               [&](const cell::Experiment& e) { return e.name == column.experiment; });
-  require(at != recording.experiments.end() && at->data.values.rows() == column.residuals.rows(),
-          "residuals of " + column.experiment + " do not belong to this recording");
-  return *at;
-}
-
-void require_cell(const ResidualColumn& column, int which) {
-  require(
-      which >= 0 && which < column.residuals.cols(),
-      "found residuals of " + std::to_string(column.residuals.cols()) + " cells, not of cell " + std::to_string(which));
-}
-
 /// A column of a kind of experiment with the residuals that judge it.
 struct ColumnGroup {
   std::string name;
@@ -62,7 +50,7 @@ struct ColumnGroup {
 std::vector<ColumnGroup> column_groups(const cell::Recording& recording, const std::vector<ResidualColumn>& columns) {
   std::vector<ColumnGroup> all, check;
   for (const ResidualColumn& c : columns) {
-    const cell::Experiment& e = experiment_of(recording, c);
+    const cell::Experiment& e = recording.experiments[experiment_of(recording, c)];
     const std::string name = std::string(name_of(e.kind)) + "." + c.column;
     auto at = std::find_if(all.begin(), all.end(), [&](const ColumnGroup& g) { return g.name == name; });
     if (at == all.end()) {
@@ -149,7 +137,7 @@ double residual_gap(const Eigen::VectorXd& residuals) {
 
 std::vector<JudgedColumn> judged_columns(const cell::Recording& recording, const std::vector<ResidualColumn>& columns,
                                          int which) {
-  for (const ResidualColumn& c : columns) require_cell(c, which);
+  for (const ResidualColumn& c : columns) require_cell(c, "which", which);
   std::vector<JudgedColumn> out;
   for (const ColumnGroup& group : column_groups(recording, columns)) {
     Squares squares;
@@ -163,8 +151,8 @@ std::vector<JudgedColumn> judged_columns(const cell::Recording& recording, const
 CauseEvidence cause_evidence(const cell::Recording& recording, const std::vector<ResidualColumn>& columns, int without,
                              int with_all) {
   for (const ResidualColumn& c : columns) {
-    require_cell(c, without);
-    require_cell(c, with_all);
+    require_cell(c, "without", without);
+    require_cell(c, "with_all", with_all);
   }
   return {column_evidence(column_groups(recording, columns), without, with_all),
           experiment_evidence(recording, columns, without, with_all)};

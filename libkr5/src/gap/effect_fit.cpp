@@ -14,6 +14,7 @@
 #include "gap/parallel.hpp"
 #include "gap/reporting/gap_breakdown.hpp"
 #include "gap/reporting/gap_figures.hpp"
+#include "gap/reporting/residual_owner.hpp"
 #include "gap/screening/pose_noise.hpp"
 #include "gap/screening/screen.hpp"
 
@@ -210,14 +211,9 @@ std::vector<GapPart> gap_parts(const cell::Recording& recording, const std::vect
                                int which) {
   GapBreakdown parts(recording);
   for (const ResidualColumn& c : columns) {
-    const auto at = std::find_if(recording.experiments.begin(), recording.experiments.end(),
-                                 [&](const cell::Experiment& e) { return e.name == c.experiment; });
-    require(at != recording.experiments.end() && at->data.values.rows() == c.residuals.rows(),
-            "residuals of " + c.experiment + " do not belong to this recording");
-    require(which >= 0 && which < c.residuals.cols(), "which: found residuals of " +
-                                                          std::to_string(c.residuals.cols()) + " cells, not of cell " +
-                                                          std::to_string(which));
-    parts.add(static_cast<int>(at - recording.experiments.begin()), c.column, c.noise, c.residuals.col(which));
+    const auto experiment = static_cast<int>(experiment_of(recording, c));
+    require_cell(c, "which", which);
+    parts.add(experiment, c.column, c.noise, c.residuals.col(which));
   }
   return parts.all();
 }

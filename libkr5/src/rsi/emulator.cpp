@@ -3,21 +3,16 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
 #include <ctime>
-#include <future>
 #include <mutex>
-#include <thread>
 
 #include <poll.h>
-#include <sys/eventfd.h>
-#include <unistd.h>
 
 #include <kr5/core/error.hpp>
 
 #include "rsi/emulator_line.hpp"
+#include "rsi/real_time_thread.hpp"
 
 namespace kr5::rsi {
 namespace {
@@ -49,20 +44,8 @@ class Emulator::Machine {
         line_(layout, options.telegram_faults, options.answer_faults, options.own_port),
         restart_(options.restart),
         cycle_(std::llround(in_second * options.controller.rules.cycle)),
-        wake_(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {
-    if (!wake_) throw IoError(std::string("the emulator cannot be made: ") + std::strerror(errno));
-    std::promise<RealTimeStatus> begun;
-    std::future<RealTimeStatus> status = begun.get_future();
-    thread_ = std::thread([this, asked = options.real_time, begun = std::move(begun)]() mutable {
-      begun.set_value(request_real_time(asked));
-      run();
-    });
-    real_time_ = status.get();
-  }
-  ~Machine() {
-    const std::uint64_t one = 1;
-    [[maybe_unused]] const ssize_t written = write(wake_.get(), &one, sizeof one);
-    thread_.join();
+        thread_("the emulator") {
+    thread_.begin(options.real_time, [this] { run(); });
   }
   Machine(const Machine&) = delete;
   Machine& operator=(const Machine&) = delete;
@@ -73,7 +56,7 @@ class Emulator::Machine {
     return use(controller_);
   }
   void reset() noexcept { reset_.store(true); }
-  RealTimeStatus real_time() const noexcept { return real_time_; }
+  RealTimeStatus real_time() const noexcept { return thread_.status(); }
   int own_port() {
     const std::lock_guard held(lock_);
     return line_.own_port();
@@ -117,7 +100,7 @@ class Emulator::Machine {
   /// Until something is due or comes; false when the emulator ends.
   bool wait() noexcept {
     const std::int64_t left = std::max<std::int64_t>(std::min(due_, line_.next_time()) - steady_now(), 0);
-    std::array<pollfd, 2> watched = {{{wake_.get(), POLLIN, 0}, {line_.descriptor(), POLLIN, 0}}};
+    std::array<pollfd, 2> watched = {{{thread_.ending(), POLLIN, 0}, {line_.descriptor(), POLLIN, 0}}};
     const timespec patience{left / 1'000'000'000, left % 1'000'000'000};
     ppoll(watched.data(), watched.size(), &patience, nullptr);
     return watched[0].revents == 0;
@@ -191,9 +174,7 @@ class Emulator::Machine {
   DurationHistogram period_, lateness_, answer_;
   std::uint64_t overruns_ = 0;
   std::string failure_;
-  Descriptor wake_;
-  RealTimeStatus real_time_;
-  std::thread thread_;
+  RealTimeThread thread_;
 };
 
 Emulator::Emulator(const TelegramLayout& layout, const robot::SensorModel& model, const EmulatorOptions& options,

@@ -2,17 +2,12 @@
 #include <kr5/rsi/link.hpp>
 
 #include <array>
-#include <cerrno>
-#include <cstring>
-#include <future>
-#include <thread>
 
 #include <poll.h>
-#include <sys/eventfd.h>
-#include <unistd.h>
 
 #include <kr5/core/error.hpp>
 
+#include "rsi/real_time_thread.hpp"
 #include "rsi/sockets.hpp"
 #include "rsi/stream_framer.hpp"
 
@@ -28,35 +23,24 @@ class Link::Server {
         datagrams_(layout.transport == Transport::Udp),
         socket_(datagrams_ ? udp_socket(endpoint(options.listen, layout.port))
                            : tcp_listener(endpoint(options.listen, layout.port))),
-        wake_(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {
-    if (!wake_) throw IoError(std::string("the link cannot be made: ") + std::strerror(errno));
-    std::promise<RealTimeStatus> begun;
-    std::future<RealTimeStatus> status = begun.get_future();
-    thread_ = std::thread([this, asked = options.real_time, begun = std::move(begun)]() mutable {
-      begun.set_value(request_real_time(asked));
-      run();
-    });
-    real_time_ = status.get();
-  }
-  ~Server() {
-    const std::uint64_t one = 1;
-    [[maybe_unused]] const ssize_t written = write(wake_.get(), &one, sizeof one);
-    thread_.join();
+        thread_("the link") {
+    thread_.begin(options.real_time, [this] { run(); });
   }
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
 
   LinkSession& session() noexcept { return session_; }
   int port() const noexcept { return bound_port(socket_); }
-  RealTimeStatus real_time() const noexcept { return real_time_; }
+  RealTimeStatus real_time() const noexcept { return thread_.status(); }
 
  private:
   void run() noexcept {
     constexpr int patience = 50;      // [ms]
     constexpr int most_at_once = 64;  // a flood of datagrams does not keep it from ending
     while (true) {
-      std::array<pollfd, 3> watched = {
-          {{wake_.get(), POLLIN, 0}, {socket_.get(), POLLIN, 0}, {connection_.get(), POLLIN, 0}}};  // -1 is not watched
+      std::array<pollfd, 3> watched = {{{thread_.ending(), POLLIN, 0},
+                                        {socket_.get(), POLLIN, 0},
+                                        {connection_.get(), POLLIN, 0}}};  // -1 is not watched
       if (poll(watched.data(), watched.size(), patience) == 0) session_.note_silence(steady_now());
       if (watched[0].revents) return;
       if (datagrams_) {
@@ -112,12 +96,11 @@ class Link::Server {
   LinkSession session_;
   ExchangeFunction observe_;
   bool answering_, datagrams_;
-  Descriptor socket_, wake_, connection_;
+  Descriptor socket_, connection_;
   std::uint64_t connections_ = 0;
   StreamFramer framer_{"</Rob>"};
   std::array<char, max_telegram + 1> buffer_{};  // one more, so that what is too long is seen to be
-  RealTimeStatus real_time_;
-  std::thread thread_;
+  RealTimeThread thread_;
 };
 
 Link::Link(const TelegramLayout& layout, const robot::SensorModel& model, const LinkOptions& options,

@@ -52,10 +52,10 @@ def guess(
     reasons: list[list[Any]] = []
     images = _images(folder, reasons)
     check_writable(output, json_file, inputs=[*images, *_texts(folder)])
-    poses, forms = _poses(folder, images, reasons)
+    poses, readings = _poses(folder, images, reasons)
     name, seen = _target(folder, images, target, reasons)
     camera_file, camera = _camera(folder, seen, reasons)
-    best, *rivals = _convention(poses, forms, seen, camera)
+    best, *rivals = _convention(readings, seen, camera)
     reasons.append(
         [
             "convention, mount",
@@ -139,27 +139,27 @@ def _images(folder: Path, reasons: list[list[str]]) -> list[Path]:
     return best
 
 
-def _readable(files: list[Path]) -> tuple[np.ndarray | None, list[str]]:
-    """Rows of pose files, and the forms of rotation in which they can be read."""
-    forms, rows = [], None
-    for form in ("quaternion_xyzw", "quaternion_wxyz", "rotation_vector", "rpy", "kuka_abc", "matrix"):
+def _readings(files: list[Path]) -> list[calibration.PoseRows]:
+    """Rows of pose files, in every form of rotation in which they can be read."""
+    out = []
+    for name in ("quaternion_xyzw", "quaternion_wxyz", "rotation_vector", "rpy", "kuka_abc", "matrix"):
+        form = calibration.RotationForm(name)
         try:
-            found = np.vstack([calibration.load_poses(library_path(f), calibration.RotationForm(form)) for f in files])
+            rows = np.vstack([calibration.load_poses(library_path(f), form) for f in files])
         except (kr5.Error, ValueError):
             continue
-        if any(str(f.rotation) == form for f in calibration.plausible_formats(found)):
-            forms.append(form)
-            rows = found
-    return rows, forms
+        if any(f.rotation == form for f in calibration.plausible_formats(rows)):
+            out.append(calibration.PoseRows(rotation=form, rows=rows))
+    return out
 
 
-def _poses(folder: Path, images: list[Path], reasons: list[list[str]]) -> tuple[list[Path], list[str]]:
+def _poses(folder: Path, images: list[Path], reasons: list[list[str]]) -> tuple[list[Path], list[calibration.PoseRows]]:
     why = ""
     for files in sorted(_families(folder, POSES), key=lambda g: -len(g)):
         if len(files) not in (1, len(images)) or files[0].name == "dataset.yaml":
             continue
-        rows, forms = _readable(files)
-        if rows is None or len(rows) != len(images):
+        readings = _readings(files)
+        if not readings or len(readings[-1].rows) != len(images):
             why = why or _objection(folder, files, len(images))
             continue
         how = (
@@ -167,8 +167,10 @@ def _poses(folder: Path, images: list[Path], reasons: list[list[str]]) -> tuple[
             if len(files) > 1
             else "one row an image"
         )
-        reasons.append(["poses", _pattern(folder, files), f"{len(rows)} poses for {len(images)} images, {how}", "high"])
-        return files, forms
+        reasons.append(
+            ["poses", _pattern(folder, files), f"{len(images)} poses for {len(images)} images, {how}", "high"]
+        )
+        return files, readings
     fail(
         f"{folder}: found no poses for the {len(images)} images{why}; expected a file of numbers for each (YAML, JSON,"
         " text), or one CSV or text file with a row for each"
@@ -243,16 +245,9 @@ def _camera(folder: Path, seen: Sightings, reasons: list[list[str]]) -> tuple[Pa
 
 
 def _convention(
-    poses: list[Path], forms: list[str], seen: Sightings, camera: kr5.Pinhole
+    readings: list[calibration.PoseRows], seen: Sightings, camera: kr5.Pinhole
 ) -> list[calibration.PoseConvention]:
     """The readings of the poses, the one under which robot and camera agree best first."""
-    readings = [
-        calibration.PoseRows(
-            rotation=calibration.RotationForm(form),
-            rows=np.vstack([calibration.load_poses(library_path(f), calibration.RotationForm(form)) for f in poses]),
-        )
-        for form in forms
-    ]
     views = [calibration.ViewOfPose(pose=i, view=v) for i, v in zip(seen.index, seen.views)]
     with spinner("Trying conventions"):
         found = calibration.rank_conventions(readings, views, camera)

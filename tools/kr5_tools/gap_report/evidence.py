@@ -99,7 +99,7 @@ def evidence_for(found: kr5.gap.Diagnosis, k: int, evidence: Evidence | None) ->
         " experiments that were not used for the fit."
     ]
     if evidence and evidence.explained:
-        explains = evidence.cause_evidence(k)
+        explains = evidence.of_causes[k]
         top = [c for c in explains.columns if c.share > 0.01 and c.without > c.limit][:4]
         if top:
             out.append(
@@ -147,7 +147,7 @@ def evidence_against(found: kr5.gap.Diagnosis, k: int, evidence: Evidence | None
     if cause.probability < 0.99:
         out.append(f"{format_percent(1 - cause.probability)} of the probability lies with other explanations.")
     if evidence and evidence.explained:
-        explains = evidence.cause_evidence(k)
+        explains = evidence.of_causes[k]
         explained = {c.column for c in explains.columns if c.share > 0.01}
         for place in found.unexplained:
             group = group_of(place)

@@ -119,9 +119,13 @@ class Evidence:
         all_of = [c for c in self.columns if c.group == group]
         return [c for c in all_of if str(c.experiment.split) == "check"] or all_of
 
-    def cause_evidence(self, k: int) -> kr5.gap.CauseEvidence:
-        """What a cause explains; only where there is a cell with the causes."""
-        return kr5.gap.cause_evidence(self.recording, self.residuals, self._without(k), 1)
+    @cached_property
+    def of_causes(self) -> list[kr5.gap.CauseEvidence]:
+        """What each cause explains; only where there is a cell with the causes."""
+        return [
+            kr5.gap.cause_evidence(self.recording, self.residuals, self._without(k), 1)
+            for k in range(len(self.found.causes))
+        ]
 
     def _without(self, k: int) -> int:
         """The column of the residuals at the cell with all causes but one."""

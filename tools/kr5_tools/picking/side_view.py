@@ -14,9 +14,11 @@ MILLIMETRES = 1e3
 
 def write_side_view(file: Path, cell: kr5.sim.WorkCell) -> None:
     """Writes the picture of what is so in a cell."""
+    tube = cell.believed.tube
+    assert tube is not None  # a work cell needs one
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(7.4, 4.6))
-        draw_side_view(axes, cell.truth(), cell.options, cell.believed.tube)
+        draw_side_view(axes, cell.truth(), cell.options, tube)
         figure.savefig(file, dpi=130)
         plt.close(figure)
 

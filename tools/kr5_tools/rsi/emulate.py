@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 import kr5
 import kr5.cell
-import kr5.sim
+import kr5.robot
 import typer
 from kr5 import rsi
 from kr5.files import writing
@@ -174,7 +174,9 @@ def emulate(
         raise typer.Exit(1)
 
 
-def make_robot(file: Path, cell: kr5.cell.Cell, cycle: float, seed: int) -> kr5.sim.CellRobot:
+def make_robot(file: Path, cell: kr5.cell.Cell, cycle: float, seed: int) -> kr5.robot.Robot:
+    import kr5.sim  # DART, which the other commands of this group do without
+
     try:
         return kr5.sim.CellRobot(cell, kr5.sim.CellRobotOptions(cycle=cycle, seed=seed))
     except kr5.InvalidArgument as error:
