@@ -71,6 +71,7 @@ EmulatedController::EmulatedController(const TelegramLayout& layout, const robot
           "axis_speeds: expected " + std::to_string(units_.joints()) + " speeds, or none [rad/s or m/s]");
   statistics_.override_share = options.override_share;
   begin();
+  gripper_.hold = reading_.status.gripped;  // outputs are as they were when the program begins
 }
 
 std::uint64_t EmulatedController::ipoc_now() const noexcept {
@@ -236,6 +237,7 @@ std::string_view EmulatedController::tell() {
   }
   state.efforts = reading_.efforts;
   state.currents = reading_.currents;
+  state.sensor = reading_.sensor;
   state.late_packets = options_.rules.delay_restarts ? late_.in_succession() : static_cast<double>(late_.total());
   state.program_state = statistics_.phase == ControllerPhase::Running ? program_active : program_stopped;
   state.override_share = statistics_.override_share;

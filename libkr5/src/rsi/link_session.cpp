@@ -57,7 +57,7 @@ bool LinkSession::is_in_order(const Telegram& telegram, std::int64_t since, bool
 
 std::string_view LinkSession::corrected(const Telegram& telegram, const ControllerState& state) noexcept {
   robot::RobotReading reading = robot_reading(state, model_, time_);
-  reading.status.stopped = holding_ || stopped_;
+  reading.status.stopped = reading.status.stopped || holding_ || stopped_;
   const robot::RobotCommand command = step_(reading);
   stopped_ = command.stop;
   if (holding_ && resume_.exchange(false)) holding_ = false;
