@@ -34,6 +34,7 @@ cell::Cell believed_cell(const cell::Cell& given, const WorkCellOptions& options
   const double bore = options.pour.radius + options.clearance;
   cell.tube->outer_radius += bore - cell.tube->inner_radius;
   cell.tube->inner_radius = bore;
+  if (options.tube_depth > 0) cell.tube->depth = options.tube_depth;
   check_parts(cell);
   return cell;
 }
