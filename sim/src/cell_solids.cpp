@@ -12,6 +12,7 @@ using Eigen::Vector3d;
 
 constexpr double clear_gap = 2e-4;     // beyond which a pellet at 0.3 m/s meets nothing before it is asked again [m]
 constexpr double most_tilted = 1.35;   // tilt in a tube up to which contacts of a peg are known [rad]
+constexpr double soft = 5e-5;          // by which bodies that touch overlap [m]
 constexpr double plate_depth = 0.005;  // below a plate at which a pellet comes from its back [m]
 
 CylinderBody in_frame(const CylinderBody& body, const Pose& T_base_frame) {
@@ -106,10 +107,16 @@ double CellSolids::depth_in(int number, const CylinderBody& body) const {
 }
 
 int CellSolids::tube_around(const CylinderBody& body) const {
+  const double play = tube.inner_radius - body.radius + soft;
   for (int i = 0; i < static_cast<int>(T_base_tubes.size()); ++i) {
     const CylinderBody there = in_frame(body, T_base_tubes[static_cast<std::size_t>(i)]);
-    const bool within = there.centre.head<2>().norm() < tube.inner_radius && there.centre.z() > -tube.tube_depth;
-    if (within && depth_in(i, body) > 0.0) return i;
+    const Vector3d half = there.half * upright(there.rotation).col(2);
+    const Vector3d lower = there.centre - half, upper = there.centre + half;
+    if (lower.z() >= 0.0 || lower.z() < -tube.tube_depth - soft) continue;
+    // Of the axis that part which is below the face.
+    const double share = upper.z() > 0.0 ? lower.z() / (lower.z() - upper.z()) : 1.0;
+    const Vector3d end = lower + share * (upper - lower);
+    if (std::max(lower.head<2>().norm(), end.head<2>().norm()) < play) return i;
   }
   return -1;
 }

@@ -151,18 +151,12 @@ void place_over_bin(sim::WorkCell& cell, const WorkOptions& options) {
   cell.place(best->q);
 }
 
-/// Whether a pellet is in a bore as a whole: what stands on others there may rock for long.
-static bool swallowed(const sim::PelletTruth& p) {
-  return p.place == sim::PelletPlace::Tube ||
-         (p.place == sim::PelletPlace::Loose && p.tube >= 0 && p.depth >= p.height);
-}
-
 JobTruth judge_job(const sim::WorkCell& cell) {
   const sim::WorkCellTruth truth = cell.truth();
   JobTruth out;
   out.max_force = truth.max_force;
   for (const sim::PelletTruth& p : truth.pellets) {
-    if (swallowed(p)) {
+    if (p.tube >= 0 && p.place != sim::PelletPlace::Grip) {
       ++out.in_tube;
       continue;
     }

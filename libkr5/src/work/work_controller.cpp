@@ -1,12 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <kr5/work/work_controller.hpp>
 
+#include <utility>
+
 namespace kr5::work {
 namespace {
 
 robot::ServoFeedforward lead_of(const cell::Cell& believed) {
   if (!believed.servo || !believed.servo->tool) return {0.0, 1.0};
   return {believed.servo->tool->natural_frequency, believed.servo->tool->damping_ratio};
+}
+
+/// From one pose to another, as changes along and about the axes of the base.
+Vector6 change(const Pose& from, const Pose& to) noexcept {
+  Vector6 out;
+  out << to.translation() - from.translation(), log_rotation(to.linear() * from.linear().transpose());
+  return out;
 }
 
 /// The insertion leads the servo itself.
@@ -23,27 +32,22 @@ robot::RobotCommand WorkController::step(const robot::RobotReading& reading) noe
   robot::RobotCommand command = supervisor_.step(reading);
   setpoint_ = command.tool;
   if (before || command.stop || command.target != robot::CommandTarget::Tool)
-    count_ = 0;
+    led_ = false;
   else
     lead(command);
   return command;
 }
 
-/// Speed and acceleration are differences of the setpoints, which are smooth.
+/// The setpoint of the cycle before is told: speed and acceleration there are differences to both sides, without which
+/// the lead itself would be late, and the arm would overshoot by millimetres.
 void WorkController::lead(robot::RobotCommand& command) noexcept {
-  Vector6 speed = Vector6::Zero(), acceleration = Vector6::Zero();
-  if (count_ > 0) {
-    speed << setpoint_.translation() - last_.translation(),
-        log_rotation(setpoint_.linear() * last_.linear().transpose());
-    speed /= cycle_;
-  }
-  if (count_ > 1) acceleration = (speed - last_speed_) / cycle_;
+  if (!std::exchange(led_, true)) before_last_ = last_ = setpoint_;
+  const Vector6 here = change(before_last_, last_), next = change(last_, setpoint_);
+  const Vector6 speed = (here + next) / (2 * cycle_), acceleration = (next - here) / (cycle_ * cycle_);
   const Vector6 ahead = lead_(speed, acceleration);
-  command.tool.translation() += ahead.head<3>();
-  command.tool.linear() = exp_rotation(ahead.tail<3>()) * setpoint_.linear();
-  last_ = setpoint_;
-  last_speed_ = speed;
-  if (count_ < 2) ++count_;
+  command.tool.translation() = last_.translation() + ahead.head<3>();
+  command.tool.linear() = exp_rotation(ahead.tail<3>()) * last_.linear();
+  before_last_ = std::exchange(last_, setpoint_);
 }
 
 }  // namespace kr5::work

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <kr5/work/work_options.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -13,11 +14,12 @@ namespace {
 using Eigen::Translation3d;
 using Eigen::Vector3d;
 
-constexpr double seat_distance = 0.05;  // of the two seats on the stand [m]
-constexpr double scan_margin = 0.05;    // of the scan beyond the walls of the bin [m]
-constexpr double look_height = 0.09;    // from which the camera beside the tool has the tube in view [m]
-constexpr double travel_margin = 0.12;  // of travel above what stands in the cell [m]
-constexpr double below_lowest = 0.002;  // of the fingers below the upper end of the lowest pellet [m]
+constexpr double seat_distance = 0.05;   // of the two seats on the stand [m]
+constexpr double scan_margin = 0.05;     // of the scan beyond the walls of the bin [m]
+constexpr double look_height = 0.09;     // from which the camera beside the tool has the tube in view [m]
+constexpr double travel_margin = 0.02;   // of travel, with the tallest pellet, above what stands in the cell [m]
+constexpr double approach_speed = 0.12;  // to the face of a tube that was seen [m/s]
+constexpr double below_lowest = 0.002;   // of the fingers below the upper end of the lowest pellet [m]
 
 Pose upside_down(const Vector3d& place) {
   return Translation3d(place) * Pose(Eigen::AngleAxisd(std::numbers::pi, Vector3d::UnitX()));
@@ -34,6 +36,15 @@ void set_scan(job::JobPlaces& places, const sim::WorkCell& cell) {
   }
 }
 
+/// Where the longest pellet passes over bin, stand and tubes, and the camera has the tube in view.
+double travel_height(const sim::WorkCell& cell, double grip_height) {
+  const sim::WorkCellOptions& o = cell.options();
+  const double tube = cell.believed().tube->T_base_tube.translation().z();
+  const double rim = (o.bin.T_base_bin * Vector3d(0, 0, o.bin.size.z())).z();
+  const double highest = std::max({rim, tube, o.stand.T_base_stand.translation().z()});
+  return std::max(highest + o.pour.height_max + travel_margin, tube + look_height + grip_height);
+}
+
 job::JobOptions job_options(const sim::WorkCell& cell, double grip_height) {
   const cell::Cell& believed = cell.believed();
   job::JobOptions out;
@@ -42,14 +53,18 @@ job::JobOptions job_options(const sim::WorkCell& cell, double grip_height) {
   out.places.T_base_tube = believed.tube->T_base_tube;
   out.places.T_tool_peg = upside_down({0.0, 0.0, grip_height});
   out.places.look_height = look_height;
-  out.places.travel_height = believed.tube->T_base_tube.translation().z() + look_height + travel_margin;
+  out.places.travel_height = travel_height(cell, grip_height);
+  out.places.approach = 0.005;
   out.places.overtravel = 5e-4;
+  out.motion = {
+      .speed = 0.8, .acceleration = 4.0, .turning_speed = 3.5, .turning_acceleration = 20.0, .contact_speed = 0.03};
   sim::InsertionSetup setup;
   setup.clearance = cell.options().clearance;
   setup.noise = cell.options().noise;
   out.insertion = sim::insertion_options(believed, setup);
   out.insertion.grip.height = grip_height;
   out.insertion.hole.reset();
+  out.insertion.motion.approach_speed = approach_speed;
   out.settle_time = 1.5;
   out.grip_time = 0.6;
   if (believed.robot.limits) {

@@ -30,10 +30,9 @@ class WorkController {
   job::Supervisor supervisor_;
   robot::ServoFeedforward lead_;
   double cycle_;
-  int count_ = 0;  ///< Of setpoints in a row that were led.
+  bool led_ = false;  ///< In the cycle before.
   Pose setpoint_ = Pose::Identity();
-  Pose last_ = Pose::Identity();
-  Vector6 last_speed_ = Vector6::Zero();  ///< [m/s, rad/s]
+  Pose last_ = Pose::Identity(), before_last_ = Pose::Identity();  ///< Setpoints.
 };
 
 }  // namespace kr5::work
