@@ -13,7 +13,6 @@ namespace {
 
 constexpr double percent = 0.01;
 constexpr double all_bits = 4294967295.0;  // of 32
-constexpr double program_active = 3;       // $PRO_STATE
 
 std::uint32_t bits_of(double value) noexcept {
   if (value < 0.0 && value >= -2147483648.0) return static_cast<std::uint32_t>(static_cast<std::int32_t>(value));

@@ -11,8 +11,8 @@ namespace kr5::rsi {
 namespace {
 
 constexpr std::size_t most_events = 10'000;
-constexpr double program_active = 3, program_stopped = 4;  // $PRO_STATE
-constexpr double smallest_jump = 1e-9;                     // [rad or m]
+constexpr double program_stopped = 4;   // $PRO_STATE
+constexpr double smallest_jump = 1e-9;  // [rad or m]
 
 bool corrects(Meaning meaning) {
   return meaning == Meaning::AxisCorrection || meaning == Meaning::ExternalCorrection ||

@@ -3,13 +3,10 @@
 
 #include <utility>
 
+#include "work/servo_lead.hpp"
+
 namespace kr5::work {
 namespace {
-
-robot::ServoFeedforward lead_of(const cell::Cell& believed) {
-  if (!believed.servo || !believed.servo->tool) return {0.0, 1.0};
-  return {believed.servo->tool->natural_frequency, believed.servo->tool->damping_ratio};
-}
 
 /// From one pose to another, as changes along and about the axes of the base.
 Vector6 change(const Pose& from, const Pose& to) noexcept {
@@ -25,7 +22,7 @@ bool leads_itself(job::Phase phase) noexcept { return phase == job::Phase::Searc
 
 WorkController::WorkController(const job::JobOptions& options, const job::RestartDecision& start,
                                const cell::Cell& believed, job::RecordRing& ring)
-    : supervisor_(options, start, ring), lead_(lead_of(believed)), cycle_(options.cycle) {}
+    : supervisor_(options, start, ring), lead_(servo_lead(believed)), cycle_(options.cycle) {}
 
 robot::RobotCommand WorkController::step(const robot::RobotReading& reading) noexcept {
   const bool before = leads_itself(supervisor_.state().phase);

@@ -33,8 +33,9 @@ struct PathLimits {
     visit("scan_speed", self.scan_speed, "Maximum speed over the bin while it is scanned [m/s].");
     visit("contact_speed", self.contact_speed, "Maximum speed where something may be touched [m/s].");
     visit("touch_force", self.touch_force, "Force against such a motion that ends it [N].");
-    visit("settling", self.settling,
-          "Time from its beginning until the arm has come to rest before it, and touches can be told from inertia [s].");
+    visit(
+        "settling", self.settling,
+        "Time from its beginning until the arm has come to rest before it, and touches can be told from inertia [s].");
   }
 };
 

@@ -15,6 +15,9 @@
 
 namespace kr5::rsi {
 
+/// $PRO_STATE of a program that runs.
+inline constexpr double program_active = 3;
+
 /// Of one cycle. Joints are the six axes and behind them the external ones.
 struct ControllerState {
   std::optional<Pose> tool = {};              ///< The active tool in the active base, as measured [m].
@@ -25,7 +28,7 @@ struct ControllerState {
   robot::JointVector currents = {};           ///< [A]
   std::optional<Vector6> sensor = {};         ///< Of the force/torque sensor, in its own axes [N, N m].
   std::optional<double> late_packets = {};    ///< Answers that the controller counted as late [-].
-  std::optional<double> program_state = {};   ///< $PRO_STATE; 3: active.
+  std::optional<double> program_state = {};   ///< $PRO_STATE.
   std::optional<double> override_share = {};  ///< $OV_PRO, 1: full speed [-].
   std::uint32_t digital_inputs = 0;           ///< Bits.
   std::optional<bool> gripped = {};           ///< By the bit of the gripper.
