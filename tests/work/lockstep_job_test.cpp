@@ -9,6 +9,7 @@
 #include <kr5/core/error.hpp>
 #include <kr5/core/random.hpp>
 #include <kr5/job/journal_writer.hpp>
+#include <kr5/work/job_cycle.hpp>
 
 #include "linked_cell.hpp"
 
@@ -81,7 +82,7 @@ TEST_CASE("equal telegrams and deliveries give answers that are equal, byte by b
   Begun b(813);
   {
     job::Journal journal(new_journal("told"), "test");
-    work::LockstepJob job(b.cell, b.options, b.linked, journal, [&](const work::LockstepExchange& e) {
+    work::LockstepJob job(b.cell, b.options, b.linked, journal, {}, [&](const work::LockstepExchange& e) {
       told.push_back({std::string(e.telegram), std::string(e.answer), {}, {}});
       if (e.scan) told.back().scan = *e.scan;
       if (e.hole) told.back().hole = *e.hole;

@@ -10,7 +10,7 @@
 namespace kr5::work {
 
 /// Whether a job can go on.
-inline bool can_run(const job::RestartDecision& decision) noexcept {
+inline bool can_go_on(const job::RestartDecision& decision) noexcept {
   return decision.status == job::RestartStatus::Fresh || decision.status == job::RestartStatus::Continue;
 }
 

@@ -15,19 +15,20 @@ namespace kr5::work {
 namespace {
 
 constexpr auto pause = std::chrono::milliseconds(2);
-constexpr int told_every = 300;  // pauses between two words of progress
+constexpr int pauses_between_words = 300;
 
 }  // namespace
 
 struct LinkedJob::Program {
   Program(sim::WorkCell& given, const WorkOptions& options, const LinkedOptions& linked, job::Journal& to,
-          rsi::ExchangeFunction observe)
+          job::RestartMeasurements seen, rsi::ExchangeFunction observe)
       : cell(given), journal(to), service(cell, options) {
     options.validate();
     linked.validate();
     ring.begin_after(journal.last_number());
-    decision = job::decide_restart(journal.belief(), {.reading = cell.read()}, restart_options(options));
-    if (!can_run(decision)) return;
+    seen.reading = cell.read();
+    decision = job::decide_restart(journal.belief(), seen, restart_options(options));
+    if (!can_go_on(decision)) return;
     cycle.emplace(options, decision, cell.believed(), ring);
     writer.emplace(ring, journal);
     const robot::SensorModel model = cell::sensor_model(cell.believed());
@@ -94,8 +95,8 @@ void LinkedJob::Program::end() {
 }
 
 LinkedJob::LinkedJob(sim::WorkCell& cell, const WorkOptions& options, const LinkedOptions& linked,
-                     job::Journal& journal, rsi::ExchangeFunction observe)
-    : program_(std::make_unique<Program>(cell, options, linked, journal, std::move(observe))) {}
+                     job::Journal& journal, const job::RestartMeasurements& seen, rsi::ExchangeFunction observe)
+    : program_(std::make_unique<Program>(cell, options, linked, journal, seen, std::move(observe))) {}
 LinkedJob::~LinkedJob() = default;
 LinkedJob::LinkedJob(LinkedJob&&) noexcept = default;
 
@@ -113,7 +114,7 @@ void LinkedJob::serve() { program_->serve(); }
 LinkedRun LinkedJob::run(const JobProgress& progress) {
   for (int k = 0; !finished(); ++k) {
     serve();
-    if (progress && k % told_every == 0) progress(state());
+    if (progress && k % pauses_between_words == 0) progress(state());
     std::this_thread::sleep_for(pause);
   }
   if (program_->link) {

@@ -14,13 +14,14 @@
 namespace kr5::work {
 namespace {
 
-constexpr int told_every = 50;     // cycles between two words of progress
+constexpr int cycles_between_words = 50;
 constexpr double in_second = 1e9;  // [ns]
 
 }  // namespace
 
 struct LockstepJob::Program {
-  Program(sim::WorkCell& given, const WorkOptions& options, const LinkedOptions& with, job::Journal& to, Observer look)
+  Program(sim::WorkCell& given, const WorkOptions& options, const LinkedOptions& with, job::Journal& to,
+          job::RestartMeasurements seen, Observer look)
       : cell(given),
         linked((options.validate(), with.validate(), with)),
         journal(to),
@@ -31,8 +32,9 @@ struct LockstepJob::Program {
         answers(linked.emulator.answer_faults),
         controller(linked.layout, model, linked.emulator.controller, cell) {
     ring.begin_after(journal.last_number());
-    decision = job::decide_restart(journal.belief(), {.reading = cell.read()}, restart_options(options));
-    if (!can_run(decision)) return;
+    seen.reading = cell.read();
+    decision = job::decide_restart(journal.belief(), seen, restart_options(options));
+    if (!can_go_on(decision)) return;
     cycle.emplace(options, decision, cell.believed(), ring);
     session.emplace(linked.layout, model, linked.link,
                     [this](const robot::RobotReading& reading) noexcept { return cycle->step(reading); });
@@ -108,8 +110,8 @@ void LockstepJob::Program::step() {
 }
 
 LockstepJob::LockstepJob(sim::WorkCell& cell, const WorkOptions& options, const LinkedOptions& linked,
-                         job::Journal& journal, Observer observe)
-    : program_(std::make_unique<Program>(cell, options, linked, journal, std::move(observe))) {}
+                         job::Journal& journal, const job::RestartMeasurements& seen, Observer observe)
+    : program_(std::make_unique<Program>(cell, options, linked, journal, seen, std::move(observe))) {}
 LockstepJob::~LockstepJob() = default;
 LockstepJob::LockstepJob(LockstepJob&&) noexcept = default;
 
@@ -129,7 +131,7 @@ void LockstepJob::step() {
 LinkedRun LockstepJob::run(const JobProgress& progress) {
   for (int k = 0; !finished(); ++k) {
     step();
-    if (progress && k % told_every == 0) progress(state());
+    if (progress && k % cycles_between_words == 0) progress(state());
   }
   // The controller learns of a stop by the answer to its next telegram, of the end of a job by silence.
   if (runs() && state().phase == job::Phase::Stopped) step(), step();

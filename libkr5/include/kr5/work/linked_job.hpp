@@ -19,10 +19,11 @@ class LinkedJob {
  public:
   /// Begins at once. Cell and journal must outlive it; nobody else uses them meanwhile. Where the job goes on is
   /// decided by the reading of the cell before the controller begins.
+  /// @param seen What a person sees of stand and tube before a job goes on; its reading is that of the cell.
   /// @param observe Called in the thread of the link once a datagram.
   /// @throws InvalidArgument for invalid options; IoError when the port is not free.
   LinkedJob(sim::WorkCell& cell, const WorkOptions& options, const LinkedOptions& linked, job::Journal& journal,
-            rsi::ExchangeFunction observe = {});
+            const job::RestartMeasurements& seen = {}, rsi::ExchangeFunction observe = {});
   ~LinkedJob();
   LinkedJob(LinkedJob&&) noexcept;
 

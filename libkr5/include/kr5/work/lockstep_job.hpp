@@ -39,9 +39,10 @@ class LockstepJob {
   using Observer = std::function<void(const LockstepExchange& exchange)>;
 
   /// Cell and journal must outlive it. Where the job goes on is decided by the reading of the cell.
+  /// @param seen What a person sees of stand and tube before a job goes on; its reading is that of the cell.
   /// @throws InvalidArgument for invalid options.
   LockstepJob(sim::WorkCell& cell, const WorkOptions& options, const LinkedOptions& linked, job::Journal& journal,
-              Observer observe = {});
+              const job::RestartMeasurements& seen = {}, Observer observe = {});
   ~LockstepJob();
   LockstepJob(LockstepJob&&) noexcept;
 
