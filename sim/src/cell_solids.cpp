@@ -63,6 +63,18 @@ void add_bin(const CylinderBody& body, const BinShape& bin, force::Contacts& out
                  [&](const Vector3d& point) { return point.z() <= bin.size.z(); });
 }
 
+/// Of a pellet that is in the bore as a whole the upper rim touches its wall, too; of a peg only the lower one is
+/// known.
+void add_upper_rim(const CylinderBody& there, const Pose& T_base_tube, double bore, force::Contacts& out) {
+  const Vector3d upper = there.centre + there.half * there.rotation.col(2);
+  const double off = upper.head<2>().norm(), depth = off + there.radius - bore;
+  if (upper.z() >= 0.0 || off == 0.0 || depth <= 0.0) return;
+  const Vector3d outwards(upper.x() / off, upper.y() / off, 0.0);
+  out.add({.point = T_base_tube * Vector3d(upper + there.radius * outwards),
+           .normal = -(T_base_tube.linear() * outwards),
+           .depth = depth});
+}
+
 void add_tube(const CylinderBody& body, const Pose& T_base_tube, const force::PegTubeShape& tube,
               force::Contacts& out) {
   CylinderBody there = in_frame(body, T_base_tube);
@@ -76,6 +88,7 @@ void add_tube(const CylinderBody& body, const Pose& T_base_tube, const force::Pe
     return;
   }
   force::PegTubeShape shape = tube;
+  shape.tube_depth += there.reach();  // its end is no face that a pellet on the floor may touch
   shape.peg_radius = body.radius;
   shape.peg_length = 2 * body.half;
   Pose T_tube_peg(there.rotation);
@@ -85,8 +98,9 @@ void add_tube(const CylinderBody& body, const Pose& T_base_tube, const force::Pe
     c.normal = T_base_tube.linear() * c.normal;
     out.add(c);
   }
-  if (there.centre.head<2>().norm() < tube.inner_radius)
-    add_overlaps(plane_contacts(there, {Vector3d::UnitZ(), -tube.tube_depth}, 0.0), T_base_tube, out, everywhere);
+  if (there.centre.head<2>().norm() >= tube.inner_radius) return;
+  add_upper_rim(there, T_base_tube, tube.inner_radius, out);
+  add_overlaps(plane_contacts(there, {Vector3d::UnitZ(), -tube.tube_depth}, 0.0), T_base_tube, out, everywhere);
 }
 
 }  // namespace

@@ -113,6 +113,11 @@ const job::JobState& JobRunner::state() const {
   return program_->controller->supervisor().state();
 }
 
+const force::InsertionState& JobRunner::insertion() const {
+  require(runs(), "job: it cannot go on: " + std::string(name_of(decision().status)));
+  return program_->controller->supervisor().insertion();
+}
+
 void JobRunner::step() {
   if (!finished()) program_->step();
 }

@@ -71,6 +71,8 @@ class JobRunner {
   void step();
   bool finished() const noexcept;
   const job::JobState& state() const;
+  /// Of the pellet in work.
+  const force::InsertionState& insertion() const;
   const robot::RobotCommand& command() const noexcept;
 
   /// Until the job ends. @throws IoError as step.
