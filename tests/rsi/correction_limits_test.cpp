@@ -138,17 +138,6 @@ TEST_CASE("a jump of a free orientation is followed within speed and acceleratio
   CHECK((path.tool.linear() - wanted.linear()).norm() < 1e-6);
 }
 
-TEST_CASE("a stop ends the motion where the layout has an element for that") {
-  const ControllerState state = standing();
-  PathCorrection correction(job_layout(Controller::Krc4), {}, CommandMode::Absolute, CommandFrame::Base, cycle);
-  correction.begin(state);
-  RobotCommand command = robot::tool_command(*state.tool);
-  CHECK_FALSE(correction.step(command, state).stop_move);
-  command.stop = true;
-  CHECK(correction.step(command, state).stop_move);
-  CHECK_FALSE(correction.hold().stop_move);
-}
-
 TEST_CASE("the limits of every joint and of the pose hold for random commands") {
   Random random(6);
   CorrectionLimits limits;

@@ -117,7 +117,7 @@ TEST_CASE("the first answer moves nothing, and the first command is where the ar
   job::Journal journal(new_journal("first"), "test");
   work::LockstepJob job(b.cell, b.options, b.linked, journal);
   CHECK(way_in(job, b.cell, 5) < 2e-4);
-  CHECK(job.controller().correction().tool().translation().norm() < 1e-6);
+  CHECK(job.controller().correction().tool().translation().norm() < 1e-4);  // noise of the encoders
 }
 
 TEST_CASE("a link that loses answers for longer than the controller bears stops arm and job") {
@@ -239,7 +239,12 @@ TEST_CASE("two ends that do not agree are refused with the field") {
   refused([](auto& l) { l.link.mode = robot::CommandMode::Relative; }, "link.mode");
   refused([](auto& l) { l.link.frame = robot::CommandFrame::Tool; }, "link.frame");
   refused([](auto& l) { l.layout.port = 0; }, "port");
-  refused([](auto& l) { l.link.cycle = l.emulator.controller.rules.cycle = 0.004; }, "rules.cycle");
+  refused(
+      [](auto& l) {
+        rsi::ControllerRules& rules = l.emulator.controller.rules;
+        l.link.cycle = rules.cycle = rules.answer_time = 0.004;
+      },
+      "rules.cycle");
   work::WorkOptions far = b.options;
   far.job.places.T_base_tube.translation().x() += 5.0;
   CHECK_THROWS_WITH(work::linked_options(far, b.cell.believed()), Contains("job.places"));

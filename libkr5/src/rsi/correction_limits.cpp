@@ -179,11 +179,7 @@ Correction PathCorrection::hold() noexcept {
 
 Correction PathCorrection::step(const robot::RobotCommand& command, const ControllerState& state) noexcept {
   gripper_ = command.gripper;
-  if (command.stop || command.target == robot::CommandTarget::None) {
-    Correction out = hold();
-    out.stop_move = command.stop;
-    return out;
-  }
+  if (command.stop || command.target == robot::CommandTarget::None) return hold();
   const robot::JointVector joints_before = joints();
   const Vector6 tool_before = tool();
   if (command.target == robot::CommandTarget::Joints ? step_joints(command, state) : step_tool(command, state))

@@ -62,7 +62,8 @@ std::string_view LinkSession::corrected(const Telegram& telegram, const Controll
   stopped_ = command.stop;
   if (holding_ && resume_.exchange(false)) holding_ = false;
   state_.store(holding_ ? LinkState::Holding : LinkState::Running, std::memory_order_relaxed);
-  const Correction correction = holding_ ? correction_.hold() : correction_.step(command, state);
+  Correction correction = holding_ ? correction_.hold() : correction_.step(command, state);
+  correction.stop_move = command.stop;
   if (correction_.outcome() == CommandOutcome::Limited) add(Limited);
   if (correction_.outcome() == CommandOutcome::Refused) add(Refused);
   units_.set_correction(correction, out_);

@@ -5,8 +5,10 @@ namespace kr5::work {
 
 void JobService::serve(JobCycle& cycle) {
   cycle.take_rows([this](const CycleRow& row) {
-    rows_.add(row.reading, row.setpoint, row.gripper, row.state, row.attempt);
     state_ = row.state;
+    if (!(row.reading.time > time_)) return;  // of a controller that has restarted, or is gone
+    time_ = row.reading.time;
+    rows_.add(row.reading, row.setpoint, row.gripper, row.state, row.attempt);
   });
   perception_.answer(cycle.take_request().value_or(LookRequest()), cycle);
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <limits>
+
 #include <kr5/job/restart.hpp>
 #include <kr5/work/job_runner.hpp>
 
@@ -33,6 +35,7 @@ class JobService {
   CellPerception perception_;
   JobRows rows_;
   job::JobState state_;
+  double time_ = -std::numeric_limits<double>::infinity();  ///< Of the last row [s].
 };
 
 }  // namespace kr5::work

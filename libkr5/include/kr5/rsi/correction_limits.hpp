@@ -45,8 +45,7 @@ constexpr auto enum_names(CommandOutcome) {
 }
 
 /// Turns commands into corrections, cycle by cycle. The path is what the controller would do uncorrected: its setpoints
-/// where it tells them, else where it stood when the session began. A stop ends the motion, too, where the layout has
-/// an element for that. Allocates and throws nothing once it is made.
+/// where it tells them, else where it stood when the session began. Allocates and throws nothing once it is made.
 class PathCorrection {
  public:
   /// @param mode That of the controller's program. @param frame Axes of its Cartesian corrections. @param cycle [s].
