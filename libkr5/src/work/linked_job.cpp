@@ -74,12 +74,14 @@ void LinkedJob::Program::serve() {
   if (!failure.empty()) throw IoError("controller: it has ended itself: " + failure);
 }
 
-/// The controller learns of a stop by the answer to its next telegram, and ends its program.
+/// A program of the controller that has ended stands.
 void LinkedJob::Program::rest() {
-  constexpr int patience = 100;  // pauses
-  if (service.state().phase != job::Phase::Stopped) return;
-  for (int k = 0; k < patience && emulator->statistics().controller.phase == rsi::ControllerPhase::Running; ++k)
+  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(lead_rest);
+  while (std::chrono::steady_clock::now() < end && link &&
+         emulator->statistics().controller.phase != rsi::ControllerPhase::Ended) {
+    service.serve(*cycle);
     std::this_thread::sleep_for(pause);
+  }
 }
 
 /// No thread but this one uses the cycle any more, then none the journal.
@@ -117,10 +119,7 @@ LinkedRun LinkedJob::run(const JobProgress& progress) {
     if (progress && k % pauses_between_words == 0) progress(state());
     std::this_thread::sleep_for(pause);
   }
-  if (program_->link) {
-    serve();
-    program_->rest();
-  }
+  program_->rest();
   return end();
 }
 

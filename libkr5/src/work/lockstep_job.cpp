@@ -133,8 +133,7 @@ LinkedRun LockstepJob::run(const JobProgress& progress) {
     step();
     if (progress && k % cycles_between_words == 0) progress(state());
   }
-  // The controller learns of a stop by the answer to its next telegram, of the end of a job by silence.
-  if (runs() && state().phase == job::Phase::Stopped) step(), step();
+  for (double rest = 0.0; rest < lead_rest; rest += program_->period()) step();
   return result();
 }
 
