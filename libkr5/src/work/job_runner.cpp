@@ -40,11 +40,12 @@ bool can_run(const job::RestartDecision& decision) noexcept {
 }  // namespace
 
 struct JobRunner::Program {
-  Program(sim::WorkCell& given, const WorkOptions& with, job::Journal& to)
+  Program(sim::WorkCell& given, const WorkOptions& with, job::Journal& to, job::RestartMeasurements seen)
       : cell(given), options(with), journal(to), rows(given.believed().robot.joints()) {
     options.validate();
     ring.begin_after(journal.last_number());
-    decision = job::decide_restart(journal.belief(), {.reading = cell.read()}, restart_options(options));
+    seen.reading = cell.read();
+    decision = job::decide_restart(journal.belief(), seen, restart_options(options));
     if (can_run(decision)) controller.emplace(options.job, decision, cell.believed(), ring);
   }
 
@@ -97,8 +98,9 @@ void JobRunner::Program::step() {
   write();
 }
 
-JobRunner::JobRunner(sim::WorkCell& cell, const WorkOptions& options, job::Journal& journal)
-    : program_(std::make_unique<Program>(cell, options, journal)) {}
+JobRunner::JobRunner(sim::WorkCell& cell, const WorkOptions& options, job::Journal& journal,
+                     const job::RestartMeasurements& seen)
+    : program_(std::make_unique<Program>(cell, options, journal, seen)) {}
 JobRunner::~JobRunner() = default;
 JobRunner::JobRunner(JobRunner&&) noexcept = default;
 JobRunner& JobRunner::operator=(JobRunner&&) noexcept = default;

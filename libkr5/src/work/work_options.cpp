@@ -64,7 +64,7 @@ job::JobOptions job_options(const sim::WorkCell& cell, double grip_height) {
   out.insertion = sim::insertion_options(believed, setup);
   out.insertion.grip.height = grip_height;
   out.insertion.hole.reset();
-  out.insertion.motion.approach_speed = approach_speed;
+  if (!believed.servo->correction) out.insertion.motion.approach_speed = approach_speed;  // else as it permits
   out.settle_time = 1.5;
   out.grip_time = 0.6;
   if (believed.robot.limits) {

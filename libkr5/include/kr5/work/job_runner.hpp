@@ -58,8 +58,10 @@ using JobProgress = std::function<void(const job::JobState& state)>;
 class JobRunner {
  public:
   /// Cell and journal must outlive it.
+  /// @param seen What a person sees of stand and tube before a job goes on; its reading is that of the cell.
   /// @throws InvalidArgument for invalid options.
-  JobRunner(sim::WorkCell& cell, const WorkOptions& options, job::Journal& journal);
+  JobRunner(sim::WorkCell& cell, const WorkOptions& options, job::Journal& journal,
+            const job::RestartMeasurements& seen = {});
   ~JobRunner();
   JobRunner(JobRunner&&) noexcept;
   JobRunner& operator=(JobRunner&&) noexcept;
