@@ -35,6 +35,8 @@ void bind_layout(py::module_& m) {
   bind_struct<TelegramLayout>(m, "TelegramLayout", "Both telegrams between controller and computer, and their socket.");
   m.def("usual_layout", &usual_layout, py::arg("controller"), py::arg("target") = CorrectionTarget::Axes,
         "Layout of poses, axes, motor currents and late packets in, corrections and the bits of a gripper out.");
+  m.def("job_layout", &job_layout, py::arg("controller"),
+        "Layout of a job from bin to tube: Cartesian corrections, force/torque sensor, gripper, state, and a stop.");
   m.def("book_layout", &book_layout, "Layout of the KR C2 of the book, over TCP.");
   m.def("telegram_fields", &telegram_fields, py::arg("elements"),
         "Values of a telegram in the order in which they stand.");

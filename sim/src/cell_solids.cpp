@@ -12,6 +12,7 @@ using Eigen::Vector3d;
 
 constexpr double clear_gap = 2e-4;     // beyond which a pellet at 0.3 m/s meets nothing before it is asked again [m]
 constexpr double most_tilted = 1.35;   // tilt in a tube up to which contacts of a peg are known [rad]
+constexpr double soft = 5e-5;          // by which bodies that touch overlap [m]
 constexpr double plate_depth = 0.005;  // below a plate at which a pellet comes from its back [m]
 
 CylinderBody in_frame(const CylinderBody& body, const Pose& T_base_frame) {
@@ -62,6 +63,18 @@ void add_bin(const CylinderBody& body, const BinShape& bin, force::Contacts& out
                  [&](const Vector3d& point) { return point.z() <= bin.size.z(); });
 }
 
+/// Of a pellet that is in the bore as a whole the upper rim touches its wall, too; of a peg only the lower one is
+/// known.
+void add_upper_rim(const CylinderBody& there, const Pose& T_base_tube, double bore, force::Contacts& out) {
+  const Vector3d upper = there.centre + there.half * there.rotation.col(2);
+  const double off = upper.head<2>().norm(), depth = off + there.radius - bore;
+  if (upper.z() >= 0.0 || off == 0.0 || depth <= 0.0) return;
+  const Vector3d outwards(upper.x() / off, upper.y() / off, 0.0);
+  out.add({.point = T_base_tube * Vector3d(upper + there.radius * outwards),
+           .normal = -(T_base_tube.linear() * outwards),
+           .depth = depth});
+}
+
 void add_tube(const CylinderBody& body, const Pose& T_base_tube, const force::PegTubeShape& tube,
               force::Contacts& out) {
   CylinderBody there = in_frame(body, T_base_tube);
@@ -75,6 +88,7 @@ void add_tube(const CylinderBody& body, const Pose& T_base_tube, const force::Pe
     return;
   }
   force::PegTubeShape shape = tube;
+  shape.tube_depth += there.reach();  // its end is no face that a pellet on the floor may touch
   shape.peg_radius = body.radius;
   shape.peg_length = 2 * body.half;
   Pose T_tube_peg(there.rotation);
@@ -84,8 +98,9 @@ void add_tube(const CylinderBody& body, const Pose& T_base_tube, const force::Pe
     c.normal = T_base_tube.linear() * c.normal;
     out.add(c);
   }
-  if (there.centre.head<2>().norm() < tube.inner_radius)
-    add_overlaps(plane_contacts(there, {Vector3d::UnitZ(), -tube.tube_depth}, 0.0), T_base_tube, out, everywhere);
+  if (there.centre.head<2>().norm() >= tube.inner_radius) return;
+  add_upper_rim(there, T_base_tube, tube.inner_radius, out);
+  add_overlaps(plane_contacts(there, {Vector3d::UnitZ(), -tube.tube_depth}, 0.0), T_base_tube, out, everywhere);
 }
 
 }  // namespace
@@ -106,10 +121,16 @@ double CellSolids::depth_in(int number, const CylinderBody& body) const {
 }
 
 int CellSolids::tube_around(const CylinderBody& body) const {
+  const double play = tube.inner_radius - body.radius + soft;
   for (int i = 0; i < static_cast<int>(T_base_tubes.size()); ++i) {
     const CylinderBody there = in_frame(body, T_base_tubes[static_cast<std::size_t>(i)]);
-    const bool within = there.centre.head<2>().norm() < tube.inner_radius && there.centre.z() > -tube.tube_depth;
-    if (within && depth_in(i, body) > 0.0) return i;
+    const Vector3d half = there.half * upright(there.rotation).col(2);
+    const Vector3d lower = there.centre - half, upper = there.centre + half;
+    if (lower.z() >= 0.0 || lower.z() < -tube.tube_depth - soft) continue;
+    // Of the axis that part which is below the face.
+    const double share = upper.z() > 0.0 ? lower.z() / (lower.z() - upper.z()) : 1.0;
+    const Vector3d end = lower + share * (upper - lower);
+    if (std::max(lower.head<2>().norm(), end.head<2>().norm()) < play) return i;
   }
   return -1;
 }

@@ -110,10 +110,6 @@ void HeldPeg::hold(bool held, bool air) {
   state_.air = air;
 }
 
-double HeldPeg::speed() const {
-  return state_.v.norm() + state_.w.norm() * std::hypot(body_.radius, 0.5 * body_.length);
-}
-
 double HeldPeg::slipped() const {
   const Vector3d at(0, 0, grip_.height);
   return (state_.slip * at - at).norm();

@@ -93,9 +93,6 @@ class HeldPeg {
   void restore(const HeldPegState& state);
   const Pose& pose() const { return state_.T; }
   double mass() const { return mass_; }
-  bool touching() const { return contacts_.count > 0; }
-  /// Of its fastest point [m/s].
-  double speed() const;
   /// What the peg does to the grip: force, and torque about the bottom of the held pose [N, N m].
   const Vector6& on_grip() const { return on_grip_; }
   double max_force() const { return state_.greatest; }

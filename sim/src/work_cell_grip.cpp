@@ -265,7 +265,7 @@ void WorkCell::World::let_go() {
   }
   peg->let_go();
   pellet(number).place = PelletPlace::Loose;
-  now.loose.push_back({.number = number, .T_pellet_peg = g.T_pellet_peg});
+  now.loose.push_back({.number = number, .T_pellet_peg = g.T_pellet_peg, .T_base_quiet = pellet(number).T_base_pellet});
   loose.push_back(std::move(peg));
 }
 

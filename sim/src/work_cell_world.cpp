@@ -18,9 +18,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double loose_still_speed = 2e-3;  // below which a loose pellet is still [m/s]
-constexpr double loose_still_time = 0.1;    // after which it lies [s]
-constexpr double on_plate = 5e-4;           // above a plate on which a pellet lies [m]
+constexpr double loose_still_way = 1e-4;  // within which a loose pellet stays where it is, though it may rock [m]
+constexpr double loose_still_time = 0.2;  // after which it lies; nothing falls so slowly [s]
+constexpr double on_plate = 5e-4;         // above a plate on which a pellet lies [m]
 
 /// What the controller is told: peg and bore as they are nominally.
 cell::Cell believed_cell(const cell::Cell& given, const WorkCellOptions& options) {
@@ -34,6 +34,7 @@ cell::Cell believed_cell(const cell::Cell& given, const WorkCellOptions& options
   const double bore = options.pour.radius + options.clearance;
   cell.tube->outer_radius += bore - cell.tube->inner_radius;
   cell.tube->inner_radius = bore;
+  if (options.tube_depth > 0) cell.tube->depth = options.tube_depth;
   check_parts(cell);
   return cell;
 }
@@ -82,6 +83,12 @@ CommandedArmOptions arm_of(const WorkCellOptions& options) {
           .force_delay = options.errors.force_delay,
           .noise = options.noise,
           .seed = options.seed * 3 + 5};
+}
+
+/// Way of the farthest point of a pellet, at most [m].
+double way_between(const Pose& from, const Pose& to, const PelletTruth& pellet) {
+  const double turn = log_rotation(to.linear() * from.linear().transpose()).norm();
+  return (to.translation() - from.translation()).norm() + turn * std::hypot(pellet.radius, 0.5 * pellet.height);
 }
 
 /// Where a further tube really stands.
@@ -148,8 +155,7 @@ void WorkCell::World::note_resting() {
     pellet(now.pile_numbers[i]).T_base_pellet = solids.bin.T_base_bin * pile.pellet(static_cast<int>(i)).T_bin_pellet;
   solids.pellets.clear();
   for (int i = 0; i < static_cast<int>(now.pellets.size()); ++i)
-    if (pellet(i).place != PelletPlace::Loose && (pellet(i).place != PelletPlace::Grip || now.gripper.in_pile))
-      solids.pellets.push_back({i, body(i)});
+    if (pellet(i).place != PelletPlace::Grip || now.gripper.in_pile) solids.pellets.push_back({i, body(i)});
 }
 
 void WorkCell::World::send(const robot::RobotCommand& command) {
@@ -210,6 +216,7 @@ void WorkCell::World::run_loose(double passed) {
     pellet(now.loose[i].number).T_base_pellet = body.pose() * now.loose[i].T_pellet_peg.inverse();
     if (!settle_loose(i, passed)) ++i;
   }
+  note_resting();
 }
 
 /// Whether it is loose no more.
@@ -219,17 +226,20 @@ bool WorkCell::World::settle_loose(std::size_t index, double passed) {
   const CylinderBody there = body(it.number);
   const double cosine = std::min(std::abs(there.rotation(2, 2)), 1.0);
   const double lower = there.centre.z() - there.half * cosine - there.radius * std::sqrt(1 - cosine * cosine);
+  const bool in_tube = solids.tube_around(there) >= 0;
   if (solids.in_bin(there)) {
     drop_into_bin(index);
     truth.place = PelletPlace::Bin;
-  } else if (lower <= options.table) {
+  } else if (lower <= options.table && !in_tube) {
     truth.place = PelletPlace::Lost;
   } else {
-    const bool still = loose[index]->speed() < loose_still_speed && loose[index]->touching();
-    it.quiet = still ? it.quiet + passed : 0.0;
+    it.quiet += passed;
+    if (way_between(it.T_base_quiet, truth.T_base_pellet, truth) > loose_still_way) {
+      it.quiet = 0.0;
+      it.T_base_quiet = truth.T_base_pellet;
+    }
     if (it.quiet < loose_still_time) return false;
-    const int tube = solids.tube_around(there);
-    truth.place = tube >= 0                          ? PelletPlace::Tube
+    truth.place = in_tube                            ? PelletPlace::Tube
                   : solids.on_stand(there, on_plate) ? PelletPlace::Stand
                                                      : PelletPlace::Lost;
   }

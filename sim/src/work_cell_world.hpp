@@ -22,12 +22,14 @@ struct LoosePellet {
   int number = 0;
   Pose T_pellet_peg = Pose::Identity();
   double quiet = 0.0;  ///< [s]
+  Pose T_base_quiet = Pose::Identity();
   HeldPegState motion;
 
   static void each_field(auto& self, auto&& visit) {
     visit("number", self.number, "Number of the pellet.");
     visit("T_pellet_peg", self.T_pellet_peg, "Its lower end in the pellet [m].");
-    visit("quiet", self.quiet, "Time for which it has been still [s].");
+    visit("quiet", self.quiet, "Time for which it has stayed where it is [s].");
+    visit("T_base_quiet", self.T_base_quiet, "Where it has stayed [m].");
     visit("motion", self.motion, "Motion.");
   }
 };

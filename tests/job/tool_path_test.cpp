@@ -1,5 +1,7 @@
 #include <kr5/job/tool_path.hpp>
 
+#include <algorithm>
+
 #include <catch2/catch.hpp>
 
 #include <kr5/core/error.hpp>
@@ -106,6 +108,22 @@ TEST_CASE("a push along a guarded way is no touch") {
   for (int k = 0; k < 1000 && !path.standing(); ++k) path.step(Eigen::Vector3d(0, 0, k > 5 ? -50.0 : 0.0));
   CHECK_FALSE(path.touched());
   CHECK(path.pose().translation().z() == Approx(-0.01));
+}
+
+TEST_CASE("the inertia of an arm that still brakes is no touch, what comes later is one") {
+  const PathLimits limits;
+  for (const bool touches : {false, true}) {
+    ToolPath path(limits, cycle);
+    path.start(Pose::Identity());
+    path.add(Pose(Eigen::Translation3d(0, 0, -0.01)), Way::Guarded);
+    for (int k = 0; !path.standing(); ++k) {
+      const double time = k * cycle;
+      const double braking = -2 * limits.touch_force * std::max(1.0 - time / limits.settling, 0.0);
+      const double touch = touches && time > 0.3 ? 2 * limits.touch_force : 0.0;
+      path.step({0, 0, braking + touch});
+    }
+    CHECK(path.touched() == touches);
+  }
 }
 
 TEST_CASE("more poses than a path holds are told") {

@@ -56,6 +56,36 @@ TEST_CASE("answering a telegram allocates nothing, of joints and of the tool, go
   }
 }
 
+TEST_CASE("answering the telegrams of a job allocates nothing, also where the tool turns all the way") {
+  const TelegramLayout layout = job_layout(Controller::Krc4);
+  LinkOptions options;
+  options.limits.rotation = {50.0, 1e4, M_PI};
+  Pose asked = Pose::Identity();
+  LinkSession session(layout, {}, options, [&asked](const robot::RobotReading&) noexcept {
+    asked.linear() = asked.linear() * Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitZ());
+    return robot::tool_command(asked);
+  });
+  const TelegramCodec codec(layout, Sender::Controller);
+  std::array<char, max_telegram> bytes;
+  Telegram t;
+  TelegramUnits(layout).set_state({.tool = Pose::Identity(),
+                                   .tool_setpoint = Pose::Identity(),
+                                   .sensor = Vector6::Constant(1.0),
+                                   .program_state = 3},
+                                  t);
+  std::size_t answered = 0;
+  const long before = rsi_allocations;
+  for (std::uint64_t k = 0; k < 20; ++k) {
+    t.ipoc = Ipoc(1000 + 4 * k);
+    const std::size_t size = codec.encode(t, bytes);
+    answered += !session.answer({bytes.data(), size}, 1, static_cast<std::int64_t>(k)).empty();
+  }
+  const long allocated = rsi_allocations - before;
+  CHECK(answered == 20);
+  CHECK(allocated == 0);
+  CHECK(session.statistics().refused == 0);
+}
+
 TEST_CASE("recording an exchange and a step of a test motion allocate nothing") {
   ExchangeRing ring(4096);
   const std::string telegram = test::plain_rob(1000, test::home);

@@ -114,6 +114,20 @@ TEST_CASE("what cannot be wired is told, and readings have their sources") {
   CHECK(controller_files(layout).unconfirmed == std::vector<std::string>{"POSCORR1", "POSCORRMON1"});
 }
 
+TEST_CASE("the files of a job stop the motion, tell state and inputs, and name the sensor as to be wired") {
+  const std::vector<std::string> sensor = {"FT.Fx", "FT.Fy", "FT.Fz", "FT.Tx", "FT.Ty", "FT.Tz"};
+  const ControllerFiles files = controller_files(job_layout(Controller::Krc4), {.timeout = 10});
+  CHECK(files.unwired == sensor);
+  const std::string flow = text_of(files, "kr5_rsi.rsix");
+  for (const char* line :
+       {"ObjType=\"Stop\" ObjId=\"STOP1\"", "<Input InIdx=\"0\" OutObjId=\"ETHERNET1\" OutIdx=\"7\" />",
+        "<Input InIdx=\"6\" OutObjId=\"DIGIN1\" OutIdx=\"0\" />",
+        "<Input InIdx=\"7\" OutObjId=\"STATUS1\" OutIdx=\"0\" />",
+        "<Parameter Name=\"Timeout\" ParamId=\"0\" ParamValue=\"10\" />"})
+    CHECK_THAT(flow, Contains(line));
+  CHECK_THAT(text_of(files, "kr5_rsi_ethernet.xml"), Contains("TAG=\"FT.Fx\" TYPE=\"DOUBLE\" INDX=\"1\""));
+}
+
 TEST_CASE("options that no controller takes are refused") {
   const TelegramLayout layout = usual_layout(Controller::Krc2);
   const auto refused = [&](const ProgramOptions& options, const std::string& field) {

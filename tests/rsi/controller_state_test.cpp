@@ -32,6 +32,11 @@ TelegramLayout with_everything() {
   out.linear_externals = {1};
   out.current_units = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7};
   out.gripper.gripped = 3;
+  out.gripper.fingers = 5;
+  for (const char* name : {"Fx", "Fy", "Fz", "Tx", "Ty", "Tz"})
+    out.send.push_back({.tag = std::string("Wrist.") + name,
+                        .index = 10 + static_cast<int>(out.send.size()),
+                        .meaning = Meaning::SensorWrench});
   return out;
 }
 
@@ -66,6 +71,7 @@ TEST_CASE("states and corrections go to the wire and back") {
     s.joint_setpoints = random.normal_vector(7, 1.0);
     s.efforts = random.normal_vector(7, 100.0);
     s.currents = random.normal_vector(7, 2.0);
+    s.sensor = random.normal_vector(6, 20.0);
     s.late_packets = i;
     s.program_state = 3;
     s.override_share = 0.5;
@@ -82,13 +88,15 @@ TEST_CASE("states and corrections go to the wire and back") {
     CHECK((r.joint_setpoints - s.joint_setpoints).head(6).norm() < 1e-5);
     CHECK((r.efforts - s.efforts).head(6).norm() < 1e-3);
     CHECK((r.currents - s.currents).head(6).norm() < 1e-3);
+    REQUIRE(r.sensor);
+    CHECK((*r.sensor - *s.sensor).norm() < 1e-3);
     CHECK((r.late_packets == s.late_packets && r.program_state == 3.0 && r.override_share == 0.5));
     CHECK(r.gripped == s.gripped);
     CHECK(r.digital_inputs == (0xA5U & ~8U) + (*s.gripped ? 8U : 0U));
     Correction c;
     c.joints = random.normal_vector(7, 0.01);
     c.tool = to_pose(random.normal_vector(6, 0.01));
-    c.gripper = {.hold = i % 3 == 0, .air = i % 2 == 0};
+    c.gripper = {.hold = i % 3 == 0, .air = i % 2 == 0, .fingers = i % 4 < 2};
     c.stop_move = i % 5 == 0;
     units.set_correction(c, t);
     REQUIRE(sen.decode({bytes.data(), sen.encode(t, bytes)}, back) == TelegramFault::None);
@@ -96,6 +104,7 @@ TEST_CASE("states and corrections go to the wire and back") {
     CHECK((d.joints - c.joints).norm() < 1e-7);
     CHECK((d.tool->matrix() - c.tool->matrix()).norm() < 1e-7);
     CHECK((d.gripper.hold == c.gripper.hold && d.gripper.air == c.gripper.air && d.stop_move == c.stop_move));
+    CHECK(d.gripper.fingers == c.gripper.fingers);
   }
 }
 
@@ -129,6 +138,40 @@ TEST_CASE("a correction without values is all zeros") {
   const std::size_t size = TelegramCodec(layout, Sender::Computer).encode(t, bytes);
   CHECK(std::string_view(bytes.data(), size) == wire_message("rosi_hw_interface_zero_sen"));
   CHECK_FALSE(TelegramUnits(layout).corrects_tool());
+}
+
+TEST_CASE("the wrench of the sensor is in a reading, freed of the tool's weight") {
+  robot::SensorModel model;
+  model.arm.joints = {{.b = 0.4, .a = 0.18, .alpha = M_PI_2}, {.a = 0.6},        {.a = 0.12, .alpha = M_PI_2},
+                      {.b = 0.62, .alpha = -M_PI_2},          {.alpha = M_PI_2}, {.b = 0.115}};
+  model.T_flange_tool = Pose(Eigen::Translation3d(0, 0, 0.2));
+  model.mass = 2.0;
+  ControllerState s;
+  s.joints = robot::JointVector::Constant(6, 0.1);
+  CHECK(robot_reading(s, model, 0.0).sensor.isZero());
+  const Vector6 push = (Vector6() << 1, 2, 3, 0.1, 0.2, 0.3).finished();
+  s.sensor = robot::sensed_wrench(model, model.arm.flange(s.joints), push);
+  const robot::RobotReading r = robot_reading(s, model, 0.0);
+  CHECK(r.sensor == *s.sensor);
+  CHECK((r.wrench - push).norm() < 1e-12);
+}
+
+TEST_CASE("a program that is not active is a robot that stands") {
+  ControllerState s;
+  CHECK_FALSE(robot_reading(s, {}, 0.0).status.stopped);
+  s.program_state = 3;
+  CHECK_FALSE(robot_reading(s, {}, 0.0).status.stopped);
+  s.program_state = 4;
+  CHECK(robot_reading(s, {}, 0.0).status.stopped);
+}
+
+TEST_CASE("without a bit for the fingers nothing is told of them") {
+  TelegramLayout layout = with_everything();
+  layout.gripper.fingers.reset();
+  Telegram t;
+  TelegramUnits(layout).set_correction({.gripper = {.hold = true, .fingers = true}}, t);
+  CHECK(TelegramUnits(layout).correction(t).gripper.hold);
+  CHECK_FALSE(TelegramUnits(layout).correction(t).gripper.fingers);
 }
 
 TEST_CASE("a reading has its poses from the joints, or from the controller, or none") {

@@ -91,6 +91,53 @@ TEST_CASE("commands bring the path where they say, in either mode and frame, wit
       }
 }
 
+TEST_CASE("a tool whose orientation is free turns all the way round, and further") {
+  CorrectionLimits limits;
+  limits.rotation = {3.0, 30.0, M_PI};
+  for (const CommandFrame frame : {CommandFrame::Base, CommandFrame::Tool}) {
+    const ControllerState state = standing();
+    PathCorrection correction(usual_layout(Controller::Krc4, CorrectionTarget::Cartesian), limits,
+                              CommandMode::Absolute, frame, cycle);
+    correction.begin(state);
+    Path path(CommandMode::Absolute, frame, state);
+    const Eigen::Vector3d axis = Eigen::Vector3d(1, -2, 2) / 3.0;
+    Eigen::Matrix3d before = path.tool.linear();
+    for (int k = 1; k <= 1200; ++k) {  // to seven rad, within the limits from the start
+      const double share = k / 1200.0, angle = 7.0 * share * share * (3 - 2 * share);
+      Pose wanted = *state.tool;
+      wanted.linear() = Eigen::AngleAxisd(angle, axis) * state.tool->linear();
+      path.apply(correction.step(robot::tool_command(wanted), state));
+      REQUIRE((path.tool.matrix() - wanted.matrix()).norm() < 1e-9);
+      REQUIRE(correction.outcome() == CommandOutcome::Followed);
+      REQUIRE(log_rotation(path.tool.linear() * before.transpose()).norm() < 1.5 * 7.0 / 1200 + 1e-9);
+      before = path.tool.linear();
+    }
+  }
+}
+
+TEST_CASE("a jump of a free orientation is followed within speed and acceleration, and a stop slows it down") {
+  CorrectionLimits limits;
+  limits.rotation = {0.5, 5.0, M_PI};
+  const ControllerState state = standing();
+  PathCorrection correction(usual_layout(Controller::Krc4, CorrectionTarget::Cartesian), limits, CommandMode::Absolute,
+                            CommandFrame::Base, cycle);
+  correction.begin(state);
+  Path path(CommandMode::Absolute, CommandFrame::Base, state);
+  Pose wanted = *state.tool;
+  wanted.linear() = Eigen::AngleAxisd(2.8, Eigen::Vector3d(2, 1, -2) / 3.0) * state.tool->linear();
+  Eigen::Matrix3d before = path.tool.linear();
+  Eigen::Vector3d speed = Eigen::Vector3d::Zero();
+  for (int k = 0; k < 1000; ++k) {
+    path.apply(k == 100 ? correction.hold() : correction.step(robot::tool_command(wanted), state));
+    const Eigen::Vector3d now = log_rotation(path.tool.linear() * before.transpose()) / cycle;
+    REQUIRE(now.cwiseAbs().maxCoeff() <= 0.5 + 1e-6);
+    REQUIRE((now - speed).cwiseAbs().maxCoeff() <= 5.0 * cycle + 1e-6);
+    before = path.tool.linear();
+    speed = now;
+  }
+  CHECK((path.tool.linear() - wanted.linear()).norm() < 1e-6);
+}
+
 TEST_CASE("the limits of every joint and of the pose hold for random commands") {
   Random random(6);
   CorrectionLimits limits;

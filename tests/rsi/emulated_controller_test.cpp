@@ -499,4 +499,47 @@ TEST_CASE("telegrams and answers of published drivers go through") {
   CHECK(controller.of.receive(test::wire_message("fzi_writer_test_sen"), 0.001) == AnswerVerdict::Faulty);
 }
 
+TEST_CASE("a controller tells the wrench of the sensor, what is gripped, and the state of its program") {
+  robot::SensorModel model = test::six_joints();
+  model.mass = 1.5;
+  robot::LoopbackRobot robot({.cycle = 0.004, .delay = 0.004}, model);
+  robot.place(bent_joints());
+  robot.set_environment([](const Pose&) { return (Vector6() << 1, -2, 3, 0.1, 0.2, -0.3).finished(); });
+  const TelegramLayout layout = job_layout(Controller::Krc4);
+  EmulatedController controller(layout, model, {}, robot);
+  const TelegramCodec reader(layout, Sender::Controller);
+  const TelegramUnits units(layout);
+  const auto told = [&] {
+    Telegram t;
+    REQUIRE(reader.decode(controller.cycle(), t) == TelegramFault::None);
+    return units.state(t);
+  };
+  ControllerState now = told();
+  REQUIRE((now.sensor && now.gripped && now.program_state));
+  CHECK((*now.sensor - controller.reading().sensor).norm() < 1e-3);
+  CHECK(now.sensor->norm() > 1.0);
+  CHECK((*now.gripped && now.program_state == 3));
+  robot.set_status(false, false);
+  controller.emergency_stop();
+  now = told();
+  CHECK_FALSE(*now.gripped);
+  CHECK(robot_reading(now, model, 0.0).status.stopped);
+}
+
+TEST_CASE("the gripper stays as it is until the first answer, and the fingers close by their bit") {
+  const TelegramLayout layout = job_layout(Controller::Krc4);
+  for (const bool gripped : {false, true}) {
+    robot::LoopbackRobot robot = test::prompt_robot();
+    robot.set_status(false, gripped);
+    EmulatedController controller(layout, test::six_joints(), {.count_from = CountFrom::Answer}, robot);
+    std::string telegram(controller.cycle());
+    CHECK(robot.gripper().hold == gripped);
+    const std::string stop = "<DiO>5</DiO><Stop>0</Stop>";
+    CHECK(controller.receive(plain_sen(plain_ipoc_of(telegram), none, "RKorr", stop), 0.001) == AnswerVerdict::Good);
+    controller.cycle();
+    controller.cycle();
+    CHECK((robot.gripper().hold && robot.gripper().fingers && !robot.gripper().air));
+  }
+}
+
 }  // namespace emulated_controller_test

@@ -44,6 +44,7 @@ TEST_CASE("the configurations of published drivers are read, and written back") 
 TEST_CASE("every layout of ours reads back") {
   for (const Controller c : {Controller::Krc2, Controller::Krc4, Controller::Krc5}) reads_back(usual_layout(c));
   reads_back(book_layout());
+  for (const Controller c : {Controller::Krc2, Controller::Krc4, Controller::Krc5}) reads_back(job_layout(c));
   TelegramLayout silent = usual_layout(Controller::Krc4);
   silent.only_send = true;
   silent.receive.clear();

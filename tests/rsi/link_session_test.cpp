@@ -189,6 +189,37 @@ TEST_CASE("answers that leave late or not at all are counted") {
   CHECK(link.of.statistics().state == LinkState::Waiting);
 }
 
+TEST_CASE("a stop ends the motion where the layout has an element for that, also while the link holds") {
+  TelegramLayout layout = wire_layout("krc4_ros_rsi_ethernet.xml");
+  layout.receive.push_back({.tag = "Stop", .type = ValueType::Bool, .index = 7, .hold = true});
+  bool stop = false;
+  LinkSession session(layout, {}, {}, [&stop](const robot::RobotReading& r) noexcept {
+    robot::RobotCommand out = one_degree(r);
+    out.stop = stop;
+    return out;
+  });
+  const TelegramUnits units(layout);
+  const TelegramCodec reader(layout, Sender::Computer);
+  std::uint64_t ipoc = 10000;
+  std::int64_t now = 0;
+  const auto ends = [&] {
+    Telegram t;
+    REQUIRE(reader.decode(session.answer(plain_rob(ipoc += 4, home), 1, now += 4 * ms), t) == TelegramFault::None);
+    return units.correction(t).stop_move;
+  };
+  CHECK_FALSE(ends());
+  CHECK_FALSE(ends());
+  stop = true;
+  CHECK(ends());
+  stop = false;
+  CHECK_FALSE(ends());
+  now += 10'000 * ms;
+  CHECK_FALSE(ends());
+  CHECK(session.statistics().state == LinkState::Holding);
+  stop = true;
+  CHECK(ends());
+}
+
 TEST_CASE("without a function the answers correct nothing") {
   Tested link({}, {});
   CHECK(link.ask(0, 0) == kr5::test::wire_message("rosi_hw_interface_zero_sen"));

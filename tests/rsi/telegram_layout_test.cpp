@@ -42,6 +42,10 @@ TEST_CASE("names tell what is meant and which component, and a meaning that is s
   CHECK((fields[2].meaning == Meaning::AxisCorrection && fields[2].component == 5));
   CHECK((fields[3].meaning == Meaning::AxisCorrection && fields[3].component == 1));
   CHECK((fields[4].meaning == Meaning::Other && fields[4].attribute.empty()));
+  const auto wrench = telegram_fields(
+      {channel("FT.Tz", 1), channel("FT.Fx", 2), {.tag = "Wrist.Fz", .index = 3, .meaning = Meaning::SensorWrench}});
+  CHECK((wrench[0].meaning == Meaning::SensorWrench && wrench[0].component == 5));
+  CHECK((wrench[1].component == 0 && wrench[2].component == 2));
 }
 
 TEST_CASE("elements that are no telegram's are refused") {
@@ -61,6 +65,8 @@ TEST_CASE("elements that are no telegram's are refused") {
   refused({channel("IPOC", 1)}, "IPOC");
   refused({channel("AKorr.A7", 1)}, "1 to 6");
   refused({channel("RKorr.D", 1)}, "X, Y, Z");
+  refused({channel("FT.F7", 1)}, "Fx, Fy, Fz");
+  refused({channel("FT", 1)}, "Fx, Fy, Fz");
   std::vector<TelegramElement> many;
   for (int i = 0; i <= max_values; ++i) many.push_back(channel("V" + std::to_string(i), 1));
   refused(many, "160");
@@ -87,10 +93,22 @@ TEST_CASE("a layout is checked field by field") {
   refused([](auto& l) { l.linear_externals = {7}; }, "linear_externals");
   refused([](auto& l) { l.current_units = {NAN}; }, "current_units");
   refused([](auto& l) { l.gripper.air = 32; }, "gripper");
+  refused([](auto& l) { l.gripper.fingers = -1; }, "gripper");
   refused([](auto& l) { l.receive[0].index = 2; }, "receive: AKorr.A2");
   refused([](auto& l) { l.receive[0].index = 65; }, "receive: AKorr.A1");
   refused([](auto& l) { l.receive[0].index.reset(); }, "receive: AKorr.A1");
   refused([](auto& l) { l.send[0].index = 1; }, "send: DEF_RIst");
+}
+
+TEST_CASE("the layout of a job has the wrench, the inputs, the state of the program, and a stop") {
+  for (const Controller c :
+       {Controller::Krc2, Controller::Krc4Rsi3, Controller::Krc4, Controller::Krc5, Controller::Iiqka}) {
+    const TelegramLayout job = job_layout(c);
+    CHECK_NOTHROW(job.validate());
+    CHECK(names(job.send).ends_with("Delay.D FT.Fx FT.Fy FT.Fz FT.Tx FT.Ty FT.Tz DiL ProgStatus"));
+    CHECK(names(job.receive) == "RKorr.X RKorr.Y RKorr.Z RKorr.A RKorr.B RKorr.C DiO Stop");
+    CHECK((job.gripper.gripped && job.gripper.fingers));
+  }
 }
 
 TEST_CASE("the book's layout is that of its appendix") {

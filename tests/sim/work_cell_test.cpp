@@ -362,6 +362,28 @@ TEST_CASE("a pellet that is stood up, gripped anew and let go over the bore slid
   CHECK(first(cell).depth == Approx(cell.believed().tube->depth).margin(0.02 * mm));
 }
 
+TEST_CASE("a pellet that hangs in the mouth of the bore upright is in it, one that leans there is not") {
+  WorkCell cell(arc(), exact());
+  WorkCellDriver driver(cell);
+  stand_up(cell, driver, true, 12 * mm);
+  const double half = 0.5 * first(cell).height, lean = 0.5;
+  const Eigen::Matrix3d upright = first(cell).T_base_pellet.linear();
+  const Vector3d tube = cell.truth().T_base_tubes.front().translation();
+  const auto hang = [&](double angle, const Vector3d& end) {
+    Pose out(Eigen::AngleAxisd(angle, Vector3d::UnitX()) * upright);
+    out.translation() = tube + end + half * (Eigen::AngleAxisd(angle, Vector3d::UnitX()) * Vector3d::UnitZ());
+    return tool_for(cell, out);
+  };
+  driver.go(hang(0, {0, 0, 30 * mm}), 2.5);
+  driver.go(hang(0, {0, 0, -3 * mm}), 2.0, 3.0);
+  CHECK(first(cell).tube == 0);
+  driver.go(hang(0, {0, 0, 30 * mm}), 2.0);
+  driver.go(hang(lean, {0, 2.6 * mm, 30 * mm}), 2.0);
+  driver.go(hang(lean, {0, 2.6 * mm, -3 * mm}), 2.0, 3.0);  // only its edge is below the face on one side
+  CHECK(lower_end(first(cell)) < tube.z());
+  CHECK(first(cell).tube == -1);
+}
+
 TEST_CASE("a pellet beside the bore stands on the face of the tube, however it is pressed") {
   WorkCell cell(arc(), exact());
   WorkCellDriver driver(cell);

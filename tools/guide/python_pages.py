@@ -39,6 +39,7 @@ MODULES = (
     "tables",
     "uncertainty",
     "vision",
+    "work",
 )
 STANDARD = {"fields", "from_dict", "to_dict"}  # of every class that is a list of fields
 SHORTER = (

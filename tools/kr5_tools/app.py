@@ -73,6 +73,7 @@ COMMANDS: dict[str, Entry | dict[str, Entry]] = {
     "sensitivity": ("sensitivity.command", "Sensitivity of a model or an arm: Sobol's indices with intervals."),
     "uncertainty": ("uncertainty.command", "Uncertainty through chains of poses, of camera, scanner and both fused."),
     "pick": ("picking.pick", "Poses of the cylinders in a scanned bin, and the order to pick them."),
+    "run": ("work.run", "The job from bin to tube in a simulated cell, with journal and restart."),
     "rsi": ("rsi.command", "KUKA controllers over the RobotSensorInterface."),
     "scene": ("simulation.scene", "Scenes in DART with expected results."),
     "gap": ("gap.command", "Gap between simulation and recording: measurement, causes, next experiment."),

@@ -24,6 +24,8 @@ const RestartDecision& startable(const RestartDecision& decision) {
   return decision;
 }
 
+bool by_insertion(Phase phase) noexcept { return phase == Phase::Search || phase == Phase::Insert; }
+
 PlannedPick plan_of(const StationPlan& s) {
   return {
       Pose::Identity(), {to_pose(s.put), to_pose(s.take)}, {to_pose(s.second_put), to_pose(s.second_take)}, s.visits};
@@ -89,6 +91,8 @@ robot::RobotCommand Supervisor::Machine::step(const robot::RobotReading& reading
     if (row().timeout > 0 && state.phase_time > row().timeout) latch.trip(StopReason::TimeOut);
     const Outcome outcome = latch.latched() ? Outcome::None : run_phase(reading);
     if (outcome != Outcome::None) leave_phase(outcome);
+    // The insertion commands ahead of the servo, from where it is no way to go on.
+    if (by_insertion(state.phase) && awaited != 0 && !by_insertion(coming)) commanded = reading.T_base_tool;
   }
   if (latch.latched()) return hold_stopped(reading);
   robot::RobotCommand out = robot::tool_command(commanded);

@@ -18,6 +18,7 @@ void PathLimits::validate() const {
   require(scan_speed > 0 && scan_speed <= speed, "scan_speed must lie between 0 and speed [m/s]");
   require(contact_speed > 0 && contact_speed <= speed, "contact_speed must lie between 0 and speed [m/s]");
   require(touch_force > 0 && std::isfinite(touch_force), "touch_force must be positive [N]");
+  require(settling >= 0 && settling <= 1, "settling must lie between 0 and 1 s");
 }
 
 ToolPath::ToolPath(const PathLimits& limits, double cycle) : limits_(limits), cycle_(cycle) {
@@ -69,7 +70,7 @@ void ToolPath::go_to(const Segment& segment, double share) noexcept {
 
 bool ToolPath::touches(const Segment& segment, const Eigen::Vector3d& force) noexcept {
   if (segment.way != Way::Guarded) return false;
-  if (time_ == 0.0) zero_ = force;
+  if (time_ <= limits_.settling) zero_ = force;
   const Eigen::Vector3d way = segment.to.translation() - segment.from.translation();
   const double length = way.norm();
   return length > 0 && (zero_ - force).dot(way) >= limits_.touch_force * length;

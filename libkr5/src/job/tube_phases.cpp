@@ -142,8 +142,9 @@ Outcome Supervisor::Machine::next(const robot::RobotReading& reading) noexcept {
     state.pellet_state == PelletState::Missing ? travel_over(look_pose()) : lift();
     stage = 2;
   }
-  if (!follow(reading)) return Outcome::None;
-  if (stage == 2 && state.pellet_state == PelletState::Missing) {
+  const bool come = follow(reading), looks = stage == 2 && state.pellet_state == PelletState::Missing;
+  if (looks ? !come : !path.standing()) return Outcome::None;  // only a look needs an arm that has settled
+  if (looks) {
     request = {RequestKind::Hole, cycle, state.pellet};
     stage = 3;
   }

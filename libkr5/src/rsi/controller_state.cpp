@@ -88,6 +88,10 @@ ControllerState TelegramUnits::state(const Telegram& t) const noexcept {
     for (int i = 0; i < 6; ++i) out.efforts[i] = value(send_, t, Meaning::GearTorque, i).value_or(0.0);
   }
   out.currents = motor_currents(t);
+  if (send_.has(Meaning::SensorWrench)) {
+    out.sensor = Vector6::Zero();
+    for (int i = 0; i < 6; ++i) (*out.sensor)[i] = value(send_, t, Meaning::SensorWrench, i).value_or(0.0);
+  }
   out.late_packets = value(send_, t, Meaning::LatePackets);
   out.program_state = value(send_, t, Meaning::ProgramState);
   if (const auto found = value(send_, t, Meaning::Override)) out.override_share = percent * *found;
@@ -122,7 +126,8 @@ void TelegramUnits::set_correction(const Correction& c, Telegram& t) const noexc
   t.present.set();
   put_joints(receive_, t, Meaning::AxisCorrection, Meaning::ExternalCorrection, c.joints);
   if (c.tool) put_pose(receive_, t, Meaning::CartesianCorrection, *c.tool);
-  const std::uint32_t bits = (c.gripper.hold ? 1U << gripper_.hold : 0U) | (c.gripper.air ? 1U << gripper_.air : 0U);
+  std::uint32_t bits = (c.gripper.hold ? 1U << gripper_.hold : 0U) | (c.gripper.air ? 1U << gripper_.air : 0U);
+  if (gripper_.fingers && c.gripper.fingers) bits |= 1U << *gripper_.fingers;
   put(receive_, t, Meaning::DigitalOutputs, 0, bits);
   put(receive_, t, Meaning::StopMove, 0, c.stop_move ? 1.0 : 0.0);
 }
@@ -134,6 +139,7 @@ Correction TelegramUnits::correction(const Telegram& t) const noexcept {
   if (const auto found = value(receive_, t, Meaning::DigitalOutputs)) {
     const std::uint32_t bits = bits_of(*found);
     out.gripper = {.hold = (bits >> gripper_.hold & 1U) != 0, .air = (bits >> gripper_.air & 1U) != 0};
+    out.gripper.fingers = gripper_.fingers && (bits >> *gripper_.fingers & 1U) != 0;
   }
   out.stop_move = value(receive_, t, Meaning::StopMove).value_or(0.0) != 0.0;
   return out;
@@ -151,6 +157,7 @@ void TelegramUnits::set_state(const ControllerState& s, Telegram& t) const noexc
     if (ampere != 0.0)
       put(send_, t, i < 6 ? Meaning::MotorCurrent : Meaning::ExternalCurrent, i % 6, s.currents[i] / ampere);
   }
+  for (int i = 0; s.sensor && i < 6; ++i) put(send_, t, Meaning::SensorWrench, i, (*s.sensor)[i]);
   if (s.late_packets) put(send_, t, Meaning::LatePackets, 0, *s.late_packets);
   if (s.program_state) put(send_, t, Meaning::ProgramState, 0, *s.program_state);
   if (s.override_share) put(send_, t, Meaning::Override, 0, *s.override_share / percent);
@@ -168,7 +175,9 @@ robot::RobotReading robot_reading(const ControllerState& state, const robot::Sen
   values.joints = state.joints;
   values.efforts = state.efforts;
   values.currents = state.currents;
+  if (state.sensor) values.sensor = *state.sensor;
   values.status.gripped = state.gripped.value_or(true);
+  values.status.stopped = state.program_state.value_or(program_active) != program_active;
   const bool same_arm =
       state.joints.size() > 0 && static_cast<std::size_t>(state.joints.size()) == model.arm.joints.size();
   if (same_arm) return robot::robot_reading(model, values);

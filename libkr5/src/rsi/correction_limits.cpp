@@ -2,6 +2,7 @@
 #include <kr5/rsi/correction_limits.hpp>
 
 #include <cmath>
+#include <numbers>
 #include <string>
 
 #include <kr5/core/error.hpp>
@@ -12,6 +13,14 @@ namespace kr5::rsi {
 namespace {
 
 constexpr double exact = 1e-9;  // below what a telegram shows [rad or m]
+
+bool is_free(const MotionLimits& rotation) { return rotation.total >= std::numbers::pi; }
+
+/// The rotation of a correction.
+Eigen::Matrix3d turned(const Pose& path, const Pose& corrected, robot::CommandFrame frame) noexcept {
+  if (frame == robot::CommandFrame::Tool) return path.linear().transpose() * corrected.linear();
+  return corrected.linear() * path.linear().transpose();
+}
 
 void check_limits(const MotionLimits& limits, const std::string& field) {
   try {
@@ -28,7 +37,10 @@ void CorrectionLimits::validate() const {
   for (std::size_t i = 0; i < axes.size(); ++i) check_limits(axes[i], "axes[" + std::to_string(i) + "]");
   check_limits(translation, "translation");
   check_limits(rotation, "rotation");
-  require(rotation.total < 1.5, "rotation.total: must be below 1.5 rad, where a rotation vector is no longer unique");
+  require(
+      rotation.total < 1.5 || is_free(rotation),
+      "rotation.total: must be below 1.5 rad, where a rotation vector is no longer unique, or at least pi, which is "
+      "no limit");
 }
 
 PathCorrection::PathCorrection(const TelegramLayout& layout, const CorrectionLimits& limits, robot::CommandMode mode,
@@ -41,10 +53,12 @@ PathCorrection::PathCorrection(const TelegramLayout& layout, const CorrectionLim
   for (std::size_t i = 0; i < tool_at; ++i)
     limiters_.emplace_back(i < limits.axes.size() ? limits.axes[i] : limits.axis, cycle);
   for (int i = 0; i < 6; ++i) limiters_.emplace_back(i < 3 ? limits.translation : limits.rotation, cycle);
+  if (is_free(limits.rotation)) rotation_.emplace(limits.rotation, cycle);
 }
 
 void PathCorrection::begin(const ControllerState& state) noexcept {
   for (MotionLimiter& limiter : limiters_) limiter.stand(0.0);
+  if (rotation_) rotation_->stand(Eigen::Matrix3d::Identity());
   if (units_.corrects_joints() != units_.corrects_tool()) stand_as_measured(state);
   start_joints_ = state.joints;
   start_tool_ = state.tool;
@@ -59,6 +73,7 @@ void PathCorrection::stand_as_measured(const ControllerState& state) noexcept {
   if (!units_.corrects_tool() || !state.tool || !state.tool_setpoint) return;
   const Vector6 made = tool_correction(*state.tool_setpoint, *state.tool, frame_);
   for (int i = 0; i < 6; ++i) limiters_[tool_at + static_cast<std::size_t>(i)].stand(made[i]);
+  if (rotation_) rotation_->stand(turned(*state.tool_setpoint, *state.tool, frame_));
 }
 
 robot::JointVector PathCorrection::joints() const noexcept {
@@ -70,11 +85,17 @@ robot::JointVector PathCorrection::joints() const noexcept {
 Vector6 PathCorrection::tool() const noexcept {
   Vector6 out;
   for (int i = 0; i < 6; ++i) out[i] = limiters_[tool_at + static_cast<std::size_t>(i)].value();
+  if (rotation_) out.tail<3>() = log_rotation(rotation_->value());
   return out;
 }
 
 void PathCorrection::brake(std::size_t first, std::size_t count) noexcept {
   for (std::size_t i = first; i < first + count; ++i) limiters_[i].brake();
+}
+
+void PathCorrection::brake_tool() noexcept {
+  brake(tool_at, 6);
+  if (rotation_) rotation_->brake();
 }
 
 /// Whether the demand was met.
@@ -97,7 +118,7 @@ bool PathCorrection::step_joints(const robot::RobotCommand& command, const Contr
   bool met = true;
   for (int i = 0; i < units_.joints(); ++i)
     met = go(static_cast<std::size_t>(i), wanted[i] - path[i], command.mode) && met;
-  brake(tool_at, 6);
+  brake_tool();
   outcome_ = met ? CommandOutcome::Followed : CommandOutcome::Limited;
   return true;
 }
@@ -111,14 +132,21 @@ Pose PathCorrection::corrected(const Pose& path) const noexcept {
   return out;
 }
 
+bool PathCorrection::turn(const Pose& path, const Pose& wanted, robot::CommandMode mode) noexcept {
+  const Eigen::Matrix3d demand = turned(path, wanted, frame_);
+  return mode == robot::CommandMode::Relative ? rotation_->move(demand) : rotation_->follow(demand);
+}
+
 bool PathCorrection::step_tool(const robot::RobotCommand& command, const ControllerState& state) noexcept {
   const std::optional<Pose>& path = state.tool_setpoint ? state.tool_setpoint : start_tool_;
   const bool usable = units_.corrects_tool() && path && path->matrix().allFinite() &&
                       command.tool.matrix().allFinite() && is_rotation(command.tool.linear());
   if (!usable) return false;
-  const Vector6 demand = tool_correction(*path, robot::commanded_tool(command, corrected(*path)), frame_);
-  bool met = true;
-  for (int i = 0; i < 6; ++i) met = go(tool_at + static_cast<std::size_t>(i), demand[i], command.mode) && met;
+  const Pose wanted = robot::commanded_tool(command, corrected(*path));
+  const Vector6 demand = tool_correction(*path, wanted, frame_);
+  bool met = !rotation_ || turn(*path, wanted, command.mode);
+  for (int i = 0; i < (rotation_ ? 3 : 6); ++i)
+    met = go(tool_at + static_cast<std::size_t>(i), demand[i], command.mode) && met;
   brake(0, static_cast<std::size_t>(units_.joints()));
   outcome_ = met ? CommandOutcome::Followed : CommandOutcome::Limited;
   return true;
@@ -143,7 +171,8 @@ Correction PathCorrection::result(const robot::JointVector& joints_before, const
 Correction PathCorrection::hold() noexcept {
   const robot::JointVector joints_before = joints();
   const Vector6 tool_before = tool();
-  brake(0, limiters_.size());
+  brake(0, tool_at);
+  brake_tool();
   outcome_ = CommandOutcome::Braked;
   return result(joints_before, tool_before);
 }

@@ -11,8 +11,8 @@ namespace kr5::rsi {
 namespace {
 
 constexpr std::size_t most_events = 10'000;
-constexpr double program_active = 3, program_stopped = 4;  // $PRO_STATE
-constexpr double smallest_jump = 1e-9;                     // [rad or m]
+constexpr double program_stopped = 4;   // $PRO_STATE
+constexpr double smallest_jump = 1e-9;  // [rad or m]
 
 bool corrects(Meaning meaning) {
   return meaning == Meaning::AxisCorrection || meaning == Meaning::ExternalCorrection ||
@@ -71,6 +71,7 @@ EmulatedController::EmulatedController(const TelegramLayout& layout, const robot
           "axis_speeds: expected " + std::to_string(units_.joints()) + " speeds, or none [rad/s or m/s]");
   statistics_.override_share = options.override_share;
   begin();
+  gripper_.hold = reading_.status.gripped;  // outputs are as they were when the program begins
 }
 
 std::uint64_t EmulatedController::ipoc_now() const noexcept {
@@ -236,6 +237,7 @@ std::string_view EmulatedController::tell() {
   }
   state.efforts = reading_.efforts;
   state.currents = reading_.currents;
+  state.sensor = reading_.sensor;
   state.late_packets = options_.rules.delay_restarts ? late_.in_succession() : static_cast<double>(late_.total());
   state.program_state = statistics_.phase == ControllerPhase::Running ? program_active : program_stopped;
   state.override_share = statistics_.override_share;

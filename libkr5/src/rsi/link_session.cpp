@@ -57,12 +57,13 @@ bool LinkSession::is_in_order(const Telegram& telegram, std::int64_t since, bool
 
 std::string_view LinkSession::corrected(const Telegram& telegram, const ControllerState& state) noexcept {
   robot::RobotReading reading = robot_reading(state, model_, time_);
-  reading.status.stopped = holding_ || stopped_;
+  reading.status.stopped = reading.status.stopped || holding_ || stopped_;
   const robot::RobotCommand command = step_(reading);
   stopped_ = command.stop;
   if (holding_ && resume_.exchange(false)) holding_ = false;
   state_.store(holding_ ? LinkState::Holding : LinkState::Running, std::memory_order_relaxed);
-  const Correction correction = holding_ ? correction_.hold() : correction_.step(command, state);
+  Correction correction = holding_ ? correction_.hold() : correction_.step(command, state);
+  correction.stop_move = command.stop;
   if (correction_.outcome() == CommandOutcome::Limited) add(Limited);
   if (correction_.outcome() == CommandOutcome::Refused) add(Refused);
   units_.set_correction(correction, out_);

@@ -63,4 +63,9 @@ void MotionLimiter::stand(double value) noexcept {
   speed_ = 0.0;
 }
 
+void MotionLimiter::recount(double demand) noexcept {
+  value_ = 0.0;
+  demand_ = demand;
+}
+
 }  // namespace kr5::rsi

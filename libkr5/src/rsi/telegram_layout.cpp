@@ -17,7 +17,7 @@ using enum Meaning;
 constexpr int channels = 64;              // of an Ethernet object
 constexpr std::size_t longest_name = 31;  // of an element or attribute
 
-constexpr std::array<std::pair<std::string_view, Meaning>, 23> usual_meanings = {{
+constexpr std::array<std::pair<std::string_view, Meaning>, 24> usual_meanings = {{
     {"RIst", CartesianActual},
     {"RSol", CartesianSetpoint},
     {"AIPos", AxisActual},
@@ -41,6 +41,7 @@ constexpr std::array<std::pair<std::string_view, Meaning>, 23> usual_meanings = 
     {"AK", AxisCorrection},
     {"EKorr", ExternalCorrection},
     {"EK", ExternalCorrection},
+    {"FT", SensorWrench},
 }};
 
 bool is_name(std::string_view text) {
@@ -70,12 +71,26 @@ bool is_of_axes(Meaning meaning) {
   }
 }
 
-/// Which component an attribute is: X Y Z A B C, or the digit at its end; -1 for none.
+/// The six components of a wrench; -1 for none.
+int wrench_component(std::string_view attribute) {
+  constexpr std::array<std::string_view, 6> names = {"Fx", "Fy", "Fz", "Tx", "Ty", "Tz"};
+  const auto* const found = std::ranges::find(names, attribute);
+  return found == names.end() ? -1 : static_cast<int>(found - names.begin());
+}
+
+/// What the attributes of a meaning with several components are called.
+std::string attribute_names(Meaning meaning) {
+  if (is_cartesian(meaning)) return "X, Y, Z, A, B or C";
+  return meaning == SensorWrench ? "Fx, Fy, Fz, Tx, Ty or Tz" : "that ends in 1 to 6";
+}
+
+/// Which component an attribute is: X Y Z A B C, Fx to Tz, or the digit at its end; -1 for none.
 int component_of(Meaning meaning, std::string_view attribute) {
   if (is_cartesian(meaning)) {
     const std::size_t at = attribute.size() == 1 ? std::string_view("XYZABC").find(attribute) : std::string_view::npos;
     return at == std::string_view::npos ? -1 : static_cast<int>(at);
   }
+  if (meaning == SensorWrench) return wrench_component(attribute);
   if (!is_of_axes(meaning)) return 0;
   const char last = attribute.empty() ? '0' : attribute.back();
   return last >= '1' && last <= '6' ? last - '1' : -1;
@@ -138,7 +153,7 @@ std::vector<TelegramField> fields_of(const TelegramElement& e) {
     field.attribute = attribute;
     field.component = component_of(field.meaning, attribute);
     require(field.component >= 0, e.tag + ": a " + std::string(name_of(field.meaning)) + " needs an attribute " +
-                                      (is_cartesian(field.meaning) ? "X, Y, Z, A, B or C" : "that ends in 1 to 6"));
+                                      attribute_names(field.meaning));
     out.push_back(field);
   }
   return out;
@@ -199,7 +214,7 @@ void TelegramLayout::validate() const {
     require(axis >= 1 && axis <= 6, "linear_externals: external axes are numbered from 1 to 6");
   require(current_units.size() <= 12, "current_units: at most six axes and six external ones");
   for (const double unit : current_units) require(std::isfinite(unit), "current_units: must be finite [A]");
-  for (const int bit : {gripper.hold, gripper.air, gripper.gripped.value_or(0)})
+  for (const int bit : {gripper.hold, gripper.air, gripper.fingers.value_or(0), gripper.gripped.value_or(0)})
     require(bit >= 0 && bit <= 31, "gripper: bits are numbered from 0 to 31");
   check_elements(send, "send");
   check_elements(receive, "receive");
@@ -216,6 +231,19 @@ TelegramLayout usual_layout(Controller controller, CorrectionTarget target) {
   else
     add_channels(out.receive, "RKorr", {"X", "Y", "Z", "A", "B", "C"}, true, 1);
   out.receive.push_back({.tag = "DiO", .type = ValueType::Long, .index = 7, .hold = true});
+  return out;
+}
+
+TelegramLayout job_layout(Controller controller) {
+  TelegramLayout out = usual_layout(controller, CorrectionTarget::Cartesian);
+  int channel = 0;
+  for (const char* name : {"Fx", "Fy", "Fz", "Tx", "Ty", "Tz"})
+    out.send.push_back({.tag = std::string("FT.") + name, .index = ++channel});
+  out.send.push_back({.tag = "DiL", .type = ValueType::Long, .index = ++channel});
+  out.send.push_back({.tag = "ProgStatus", .type = ValueType::Long, .index = ++channel});
+  out.receive.push_back({.tag = "Stop", .type = ValueType::Bool, .index = 8, .hold = true});
+  out.gripper.gripped = 0;
+  out.gripper.fingers = 2;
   return out;
 }
 

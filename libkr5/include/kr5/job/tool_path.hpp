@@ -20,6 +20,7 @@ struct PathLimits {
   double scan_speed = 0.06;            ///< [m/s]
   double contact_speed = 0.02;         ///< [m/s]
   double touch_force = 3.0;            ///< [N]
+  double settling = 0.06;              ///< [s]
 
   /// @throws InvalidArgument naming the field.
   void validate() const;
@@ -32,6 +33,9 @@ struct PathLimits {
     visit("scan_speed", self.scan_speed, "Maximum speed over the bin while it is scanned [m/s].");
     visit("contact_speed", self.contact_speed, "Maximum speed where something may be touched [m/s].");
     visit("touch_force", self.touch_force, "Force against such a motion that ends it [N].");
+    visit(
+        "settling", self.settling,
+        "Time from its beginning until the arm has come to rest before it, and touches can be told from inertia [s].");
   }
 };
 

@@ -15,6 +15,9 @@
 
 namespace kr5::rsi {
 
+/// $PRO_STATE of a program that runs.
+inline constexpr double program_active = 3;
+
 /// Of one cycle. Joints are the six axes and behind them the external ones.
 struct ControllerState {
   std::optional<Pose> tool = {};              ///< The active tool in the active base, as measured [m].
@@ -23,8 +26,9 @@ struct ControllerState {
   robot::JointVector joint_setpoints = {};    ///< Of the programmed path, without corrections.
   robot::JointVector efforts = {};            ///< At the gears [N m].
   robot::JointVector currents = {};           ///< [A]
+  std::optional<Vector6> sensor = {};         ///< Of the force/torque sensor, in its own axes [N, N m].
   std::optional<double> late_packets = {};    ///< Answers that the controller counted as late [-].
-  std::optional<double> program_state = {};   ///< $PRO_STATE; 3: active.
+  std::optional<double> program_state = {};   ///< $PRO_STATE.
   std::optional<double> override_share = {};  ///< $OV_PRO, 1: full speed [-].
   std::uint32_t digital_inputs = 0;           ///< Bits.
   std::optional<bool> gripped = {};           ///< By the bit of the gripper.
@@ -36,7 +40,7 @@ struct Correction {
   robot::JointVector joints = {};  ///< [rad or m]
   std::optional<Pose> tool = {};   ///< Translation and rotation, in the axes of the correction [m].
   robot::GripperCommand gripper = {};
-  bool stop_move = false;  ///< Leave RSI_MOVECORR.
+  bool stop_move = false;  ///< Leave RSI_MOVECORR: the program ends, and the arm stands.
 };
 
 /// Meanings of the values of both telegrams of a layout. Once made, it allocates nothing and throws nothing.
@@ -93,7 +97,8 @@ class TelegramUnits {
 
 /// The reading of a state: poses by the joints where the model has an arm of as many, else by the controller's own
 /// pose, whose active base must be the robot's and whose active tool that of the model; else they are no numbers, for
-/// which a controller stops. A gripper that tells nothing is believed to hold.
+/// which a controller stops. A gripper that tells nothing is believed to hold; a program that is not active, the robot
+/// to stand.
 /// @param time [s].
 robot::RobotReading robot_reading(const ControllerState& state, const robot::SensorModel& model, double time) noexcept;
 

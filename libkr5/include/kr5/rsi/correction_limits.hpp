@@ -6,6 +6,7 @@
 
 #include <kr5/rsi/controller_state.hpp>
 #include <kr5/rsi/motion_limiter.hpp>
+#include <kr5/rsi/rotation_limiter.hpp>
 
 /// @file
 /// From commands to corrections of the controller's path, within limits that hold whoever asks.
@@ -25,7 +26,8 @@ struct CorrectionLimits {
     visit("axis", self.axis, "Limits of every joint [rad or m].");
     visit("axes", self.axes, "Limits of each joint, instead of those of every one; empty: they are alike.");
     visit("translation", self.translation, "Limits of X, Y and Z of a Cartesian correction, each [m].");
-    visit("rotation", self.rotation, "Limits of the three components of its rotation vector, each [rad].");
+    visit("rotation", self.rotation,
+          "Limits of the three components of its rotation vector, each; a total of pi or more: any orientation [rad].");
   }
 };
 
@@ -74,12 +76,15 @@ class PathCorrection {
   Pose corrected(const Pose& path) const noexcept;
   bool go(std::size_t limiter, double demand, robot::CommandMode mode) noexcept;
   Correction result(const robot::JointVector& joints_before, const Vector6& tool_before) const noexcept;
+  bool turn(const Pose& path, const Pose& wanted, robot::CommandMode mode) noexcept;
   void brake(std::size_t first, std::size_t count) noexcept;
+  void brake_tool() noexcept;
 
   TelegramUnits units_;
   robot::CommandMode mode_;
   robot::CommandFrame frame_;
   std::vector<MotionLimiter> limiters_;
+  std::optional<RotationLimiter> rotation_;  ///< Instead of those of the rotation, where its total is no limit.
   robot::JointVector start_joints_;
   std::optional<Pose> start_tool_;
   robot::GripperCommand gripper_;

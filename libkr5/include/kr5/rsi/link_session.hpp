@@ -40,7 +40,8 @@ class CycleFunction {
 ///
 /// A session begins with the first good telegram, after a silence, or where IPOC jumps back by more than a second or
 /// ahead by more than ten. The first answer moves nothing (PathCorrection::begin). Within a session only its sender is
-/// answered. Equal telegrams have equal answers: the time of a reading is that of IPOC.
+/// answered. Equal telegrams have equal answers: the time of a reading is that of IPOC. A stop ends the motion of the
+/// program, too, where the layout has an element for that, also while the link holds.
 class LinkSession {
  public:
   /// @throws InvalidArgument as layout, model and options.

@@ -37,6 +37,8 @@ class MotionLimiter {
   double brake() noexcept;
   /// Stands at a value, or at the total that is nearest to it.
   void stand(double value) noexcept;
+  /// Counts from where it is, at the speed that it has. @param demand The last one, from there.
+  void recount(double demand) noexcept;
 
   double value() const noexcept { return value_; }
   double speed() const noexcept { return speed_; }

@@ -68,6 +68,7 @@ enum class Meaning {
   CartesianCorrection,  ///< X Y Z A B C [mm, deg].
   AxisCorrection,       ///< A1 to A6 [deg].
   ExternalCorrection,   ///< E1 to E6 [deg or mm].
+  SensorWrench,         ///< Fx Fy Fz Tx Ty Tz of a force/torque sensor, in its own axes [N, N m].
 };
 constexpr auto enum_names(Meaning) {
   using enum Meaning;
@@ -91,7 +92,8 @@ constexpr auto enum_names(Meaning) {
                          {StopMove, "stop_move"},
                          {CartesianCorrection, "cartesian_correction"},
                          {AxisCorrection, "axis_correction"},
-                         {ExternalCorrection, "external_correction"}});
+                         {ExternalCorrection, "external_correction"},
+                         {SensorWrench, "sensor_wrench"}});
 }
 
 /// What an element of this name means where nothing else is stated: "AKorr" and "AK" are corrections of the axes.
@@ -120,11 +122,15 @@ struct TelegramElement {
 struct GripperBits {
   int hold = 0;                     ///< Output: it holds its part.
   int air = 1;                      ///< Output: compressed air.
+  std::optional<int> fingers = {};  ///< Output: of a tool that has a suction cup, too, the fingers close.
   std::optional<int> gripped = {};  ///< Input: it holds something.
 
   static void each_field(auto& self, auto&& visit) {
     visit("hold", self.hold, "Bit of the digital outputs that closes the gripper.");
     visit("air", self.air, "Bit of the digital outputs that blows compressed air.");
+    visit("fingers", self.fingers,
+          "Bit of the digital outputs by which the fingers close and not the suction cup; none: the tool has one "
+          "gripper.");
     visit("gripped", self.gripped, "Bit of the digital inputs that tells that something is held; none: not measured.");
   }
 };
@@ -199,6 +205,9 @@ constexpr auto enum_names(CorrectionTarget) {
 
 /// Poses, axes, motor currents and late packets in; corrections and the bits of a gripper out. Over UDP.
 TelegramLayout usual_layout(Controller controller, CorrectionTarget target = CorrectionTarget::Axes);
+/// What a job from bin to tube needs: Cartesian corrections; besides, the force/torque sensor, the state of the program
+/// and the digital inputs with the bit `gripped` in, the bit `fingers` and the end of the motion out.
+TelegramLayout job_layout(Controller controller);
 /// That of the book's KR C2 (Appendix C): over TCP to port 6008, corrections of both kinds.
 TelegramLayout book_layout();
 

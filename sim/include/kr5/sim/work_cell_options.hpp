@@ -106,6 +106,7 @@ struct WorkCellOptions {
   StandShape stand;
   std::vector<Pose> further_tubes;  ///< [m]
   double clearance = 2.8e-4;        ///< [m]
+  double tube_depth = 0.0;          ///< [m]
   double table = 0.2;               ///< [m]
   GripOptions cup;
   GripOptions fingers = {.reach = 0.004, .angle = 0.3, .force = 60.0, .torque = 0.6, .slip = 0.006, .closing = 0.2};
@@ -129,6 +130,8 @@ struct WorkCellOptions {
     visit("further_tubes", self.further_tubes, "Assumed poses in the base of tubes beside that of the cell [m].");
     visit("clearance", self.clearance,
           "Clearance: radius of the bores minus nominal radius of the pellets; it sets the bores [m].");
+    visit("tube_depth", self.tube_depth,
+          "Depth of the bores, which may go down through the table; 0: that of the tube of the cell [m].");
     visit("table", self.table, "Height of the table in the base, on which a pellet is lost [m].");
     visit("cup", self.cup, "Suction cup, whose rim lies in the plane of E.");
     visit("fingers", self.fingers, "Two fingers, which close along Y of E.");

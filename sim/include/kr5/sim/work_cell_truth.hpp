@@ -36,7 +36,9 @@ struct PelletTruth {
     visit("T_base_pellet", self.T_base_pellet, "Pellet in the base: origin in its middle, Z along its axis [m].");
     visit("radius", self.radius, "Radius [m].");
     visit("height", self.height, "Height [m].");
-    visit("tube", self.tube, "Number of the tube whose bore it is in, from 0; -1: in none.");
+    visit("tube", self.tube,
+          "Number of the tube in whose bore it is, from 0: its lower end below the face, and its axis within the play "
+          "of the bore; -1: in none.");
     visit("depth", self.depth, "Depth of its lower end below the face of that tube [m].");
   }
 };

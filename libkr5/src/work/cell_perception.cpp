@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "work/cell_perception.hpp"
+
+#include <kr5/vision/render.hpp>
+#include <kr5/work/plan_work.hpp>
+
+namespace kr5::work {
+
+job::ScanResult CellPerception::look_into_bin() {
+  const sim::BinScan scan = cell_.with_cell([](sim::WorkCell& c) { return c.finish_scan(sim::ScanPlace::Bin); });
+  picking::Cloud cloud;
+  cloud.points = scan.cloud().transpose();
+  cloud.origins = scan.origins().transpose();
+  return plan_work(cloud, cell_.believed(), options_);
+}
+
+job::HoleResult CellPerception::look_for_tube(const Pose& T_base_flange) {
+  const predict::CameraScene scene = cell_.with_cell([](const sim::WorkCell& c) { return c.picture(); });
+  vision::RenderOptions render;
+  render.oversampling = 4;
+  render.noise = cell_.options().noise ? 1.0 : 0.0;
+  render.seed = static_cast<int>(cell_.options().seed) + ++pictures_;
+  const vision::Image picture = vision::render(scene.targets, scene.solids, scene.lens, render);
+  return find_tube(picture, cell_.believed(), T_base_flange, options_);
+}
+
+void CellPerception::answer(const LookRequest& asked, JobCycle& to) {
+  scan_.reset();
+  hole_.reset();
+  switch (asked.request.kind) {
+    case job::RequestKind::None:
+      return;
+    case job::RequestKind::Sweep:
+      return cell_.with_cell([](sim::WorkCell& c) { c.start_scan(); });
+    case job::RequestKind::Scan:
+      scan_ = look_into_bin();
+      scan_->stamp = asked.request.stamp;
+      to.deliver(*scan_);
+      return;
+    case job::RequestKind::Hole:
+      hole_ = look_for_tube(asked.T_base_flange);
+      hole_->stamp = asked.request.stamp;
+      to.deliver(*hole_);
+      return;
+  }
+}
+
+}  // namespace kr5::work

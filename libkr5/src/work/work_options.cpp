@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/work/work_options.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <kr5/core/error.hpp>
+#include <kr5/sim/insertion_options.hpp>
+
+namespace kr5::work {
+namespace {
+
+using Eigen::Translation3d;
+using Eigen::Vector3d;
+
+constexpr double seat_distance = 0.05;   // of the two seats on the stand [m]
+constexpr double scan_margin = 0.05;     // of the scan beyond the walls of the bin [m]
+constexpr double look_height = 0.09;     // from which the camera beside the tool has the tube in view [m]
+constexpr double travel_margin = 0.02;   // of travel, with the tallest pellet, above what stands in the cell [m]
+constexpr double approach_speed = 0.12;  // to the face of a tube that was seen [m/s]
+constexpr double below_lowest = 0.002;   // of the fingers below the upper end of the lowest pellet [m]
+
+Pose upside_down(const Vector3d& place) {
+  return Translation3d(place) * Pose(Eigen::AngleAxisd(std::numbers::pi, Vector3d::UnitX()));
+}
+
+/// Ends of a pass along Y of the bin with the middle of the scanner's range on the floor.
+void set_scan(job::JobPlaces& places, const sim::WorkCell& cell) {
+  const sim::WorkCellOptions& o = cell.options();
+  const Pose T_tool_scanner = cell.believed().tool->T_flange_tool.inverse() * o.scanner.T_flange_scanner;
+  const double reach = 0.5 * o.bin.size.y() + scan_margin;
+  for (const double end : {-1.0, 1.0}) {
+    const Pose T_base_scanner = o.bin.T_base_bin * upside_down({0.0, end * reach, o.scanner.stand_off});
+    (end < 0 ? places.T_base_scan : places.T_base_scan_end) = T_base_scanner * T_tool_scanner.inverse();
+  }
+}
+
+/// Where the longest pellet passes over bin, stand and tubes, and the camera has the tube in view.
+double travel_height(const sim::WorkCell& cell, double grip_height) {
+  const sim::WorkCellOptions& o = cell.options();
+  const double tube = cell.believed().tube->T_base_tube.translation().z();
+  const double rim = (o.bin.T_base_bin * Vector3d(0, 0, o.bin.size.z())).z();
+  const double highest = std::max({rim, tube, o.stand.T_base_stand.translation().z()});
+  return std::max(highest + o.pour.height_max + travel_margin, tube + look_height + grip_height);
+}
+
+job::JobOptions job_options(const sim::WorkCell& cell, double grip_height) {
+  const cell::Cell& believed = cell.believed();
+  job::JobOptions out;
+  out.cycle = cell.cycle();
+  set_scan(out.places, cell);
+  out.places.T_base_tube = believed.tube->T_base_tube;
+  out.places.T_tool_peg = upside_down({0.0, 0.0, grip_height});
+  out.places.look_height = look_height;
+  out.places.travel_height = travel_height(cell, grip_height);
+  out.places.approach = 0.005;
+  out.places.overtravel = 5e-4;
+  out.motion = {
+      .speed = 0.8, .acceleration = 4.0, .turning_speed = 3.5, .turning_acceleration = 20.0, .contact_speed = 0.03};
+  sim::InsertionSetup setup;
+  setup.clearance = cell.options().clearance;
+  setup.noise = cell.options().noise;
+  out.insertion = sim::insertion_options(believed, setup);
+  out.insertion.grip.height = grip_height;
+  out.insertion.hole.reset();
+  if (!believed.servo->correction) out.insertion.motion.approach_speed = approach_speed;  // else as it permits
+  out.settle_time = 1.5;
+  out.grip_time = 0.6;
+  if (believed.robot.limits) {
+    out.lowest_joints = believed.robot.limits->lower;
+    out.highest_joints = believed.robot.limits->upper;
+  }
+  return out;
+}
+
+}  // namespace
+
+void WorkOptions::validate() const {
+  job.validate();
+  bin.validate();
+  pellets.validate();
+  grasp.validate();
+  regrip.validate();
+  for (const Pose* T : {&T_base_lying_seat, &T_base_standing_seat})
+    require(T->matrix().allFinite() && is_rotation(T->linear()),
+            "T_base_lying_seat and T_base_standing_seat must be rigid motions");
+  require(grip_height > 0 && grip_height < pellets.min_height,
+          "grip_height must lie between 0 and pellets.min_height [m]");
+  require(hole_search > 0 && hole_search <= 1, "hole_search must lie between 0 and 1 m");
+  require(face_std >= 0 && std::isfinite(face_std), "face_std must not be negative [m]");
+}
+
+WorkOptions work_options(const sim::WorkCell& cell) {
+  const sim::WorkCellOptions& o = cell.options();
+  require(cell.believed().camera.has_value(), "camera: the cell has none, and the tube is looked for with it");
+  WorkOptions out;
+  out.bin = {o.bin.T_base_bin, o.bin.size, o.bin.wall};
+  out.pellets.radius = o.pour.radius;
+  out.pellets.min_height = o.pour.height_min;
+  out.pellets.max_height = o.pour.height_max;
+  out.grip_height = o.pour.height_min - below_lowest;
+  const Pose& stand = o.stand.T_base_stand;
+  out.T_base_lying_seat = stand * Translation3d(-0.5 * seat_distance, 0, 0);
+  out.T_base_standing_seat = stand * Translation3d(0.5 * seat_distance, 0, 0);
+  out.job = job_options(cell, out.grip_height);
+  out.validate();
+  return out;
+}
+
+job::RestartOptions restart_options(const WorkOptions& options) {
+  return {.T_base_tube = options.job.places.T_base_tube, .T_tool_peg = options.job.places.T_tool_peg};
+}
+
+}  // namespace kr5::work

@@ -1,0 +1,159 @@
+"""`kr5 run` and kr5.work: the job from bin to tube. What it does is tested in C++."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from types import SimpleNamespace
+
+import kr5
+import numpy as np
+import pytest
+from kr5 import job
+from kr5.cell import load_cell
+
+work = pytest.importorskip("kr5.work", reason="this kr5 was built without DART, ViSP, PCL or SQLite")
+
+from kr5 import sim
+
+from kr5_tools.work import job_cell, job_tables, remedies, run_page
+
+
+@pytest.fixture(scope="module")
+def given(share):
+    return load_cell(share / "cells/kr5_arc.yaml")
+
+
+def begun(given, folder, cycles):
+    """A job of one pellet, begun."""
+    cell = job_cell.make_cell(given, job_cell.JobSetup(1, 5, "nominal"))
+    options = work.work_options(cell)
+    options.job.pellets = 1
+    work.place_over_bin(cell, options)
+    runner = work.JobRunner(cell, options, job.Journal(folder / "job.db", "test"))
+    runner.step(cycles)
+    return cell, runner
+
+
+def test_a_job_runs_cycle_by_cycle(given, tmp_path):
+    cell, runner = begun(given, tmp_path, 30)
+    assert runner.runs and not runner.finished
+    assert runner.state.phase == job.Phase.Scan
+    rows = runner.result().rows
+    assert len(rows) == 30
+    assert np.allclose(np.diff(rows["time"]), cell.cycle)
+    assert np.allclose(rows["set_z"][0], rows["tool_z"][0])
+    assert work.judge_job(cell).in_bin == 1
+
+
+def test_a_nominal_cell_has_no_errors_and_a_shallow_tube_is_made_deeper(given):
+    errors = job_cell.exact_errors().to_dict()
+    assert not np.any(np.concatenate([np.ravel(v) for v in errors.values()]))
+    few = job_cell.make_cell(given, job_cell.JobSetup(2, 5, "usual"))
+    many = job_cell.make_cell(given, job_cell.JobSetup(5, 5, "usual"))
+    assert few.believed.tube.depth == given.tube.depth
+    assert many.believed.tube.depth > 5 * many.options.pour.height_max
+    assert few.options.errors.to_dict() == sim.WorkCellErrors().to_dict()
+
+
+def test_every_stop_and_every_finding_has_a_remedy():
+    for reason in job.StopReason.__members__.values():
+        if reason != job.StopReason.None_:
+            text = remedies.stop_text(reason, job.Phase.Pick, None)
+            assert remedies.words(reason) in text
+    decision = job.RestartDecision(status="contradiction")
+    for name in ("pose_invalid", "grip_unexpected", "station_occupied", "tube_count", "station_unseen", "tube_unseen"):
+        decision.finding = name
+        assert remedies.FINDINGS[name] in remedies.refusal_text(decision, None)
+
+
+def test_the_page_shows_phases_forces_and_pellets(given, tmp_path):
+    cell, runner = begun(given, tmp_path, 60)
+    done = runner.result()
+    run = run_page.replay_run(done)
+    assert [note for _, note in run.notes][:2] == ["check cell", "scan"]
+    made = [
+        job.JobRecord(number=k + 1, time=float(k), kind="enter", phase=phase, pellet=1)
+        for k, phase in enumerate(("pick", "stand", "regrip"))
+    ]
+    assert run_page.phase_spans(made) == [(1, "pick", 0.0, 1.0), (1, "stand", 1.0, 1.0)]
+    setup = SimpleNamespace(pellets=1, seed=5, errors="nominal")
+    page = run_page.job_page(done, work.judge_job(cell), made, cell, setup, tmp_path / "cell.yaml")
+    for text in ("Time line", "Force", "In truth: 1 in the bin.", "Job of 1 pellets"):
+        assert text in page
+
+
+def test_an_interrupted_job_goes_on_where_it_was_and_ends(run_kr5, tmp_path):
+    command = ("run", "--pellets", 1, "--seed", 5, "--journal", "job.db")
+    words = [sys.executable, "-m", "kr5_tools", *map(str, command)]
+    with subprocess.Popen(words, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as first:
+        end = time.monotonic() + 120
+        while not (tmp_path / "job.db.cell").exists() and first.poll() is None and time.monotonic() < end:
+            time.sleep(0.05)
+        time.sleep(0.3)
+        os.kill(first.pid, signal.SIGINT)
+        first.communicate(timeout=60)
+    assert first.returncode not in (0, 1, 2)
+    done = run_kr5(*command, "--json", "out.json", "--report", "page.html")
+    assert done.returncode == 0, done.stdout + done.stderr
+    out = json.loads((tmp_path / "out.json").read_text())
+    assert out["decision"]["status"] == "continue"
+    assert out["done"] and out["truth"]["in_tube"] == 1 and out["statistics"]["programs"] == 2
+    assert "In truth: 1 in the tube." in done.stdout
+    assert (tmp_path / "page.html").stat().st_size > 10_000
+    again = run_kr5(*command)
+    assert again.returncode == 0 and "The job is done: 1 inserted." in again.stdout
+
+
+def test_a_latched_stop_is_told_with_its_remedy(run_kr5, tmp_path):
+    setup = job_cell.JobSetup(1, 5, "usual")
+    cell = load_cell(kr5.share("cells/kr5_arc.yaml"))
+    journal = job.Journal(tmp_path / "job.db", setup.job_id(cell))
+    journal.append(
+        [
+            job.JobRecord(number=1, kind="begin"),
+            job.JobRecord(number=2, kind="stop", phase="scan", outcome="stop", stop="force", time=1.0),
+        ]
+    )
+    del journal
+    missing = run_kr5("run", "--pellets", 1, "--seed", 5, "--journal", "job.db")
+    assert missing.returncode == 2 and "state of the simulated cell is missing" in missing.stderr
+    made = job_cell.make_cell(cell, setup)
+    work.place_over_bin(made, work.work_options(made))
+    made.read()
+    made.state().save(job_cell.state_file(tmp_path / "job.db"))
+    stopped = run_kr5("run", "--pellets", 1, "--seed", 5, "--journal", "job.db")
+    assert stopped.returncode == 1
+    assert "stopped by force" in stopped.stdout and "kr5 job release job.db" in stopped.stdout
+
+
+@pytest.mark.parametrize(
+    "words, complaint",
+    [
+        (("--pellets", 0), "pellets"),
+        (("--report", "page.txt"), "expected .html"),
+        (("none.yaml",), "none.yaml"),
+        (("--journal", "nowhere/job.db"), "nowhere"),
+    ],
+)
+def test_bad_input_is_named(run_kr5, words, complaint):
+    done = run_kr5("run", *words)
+    assert done.returncode == 2 and complaint in done.stderr
+
+
+def test_the_journal_of_another_job_and_a_cell_without_camera_are_refused(run_kr5, tmp_path, share):
+    job.Journal(tmp_path / "job.db", "another")
+    done = run_kr5("run", "--pellets", 1, "--journal", "job.db")
+    assert done.returncode == 2 and "belongs to the job 'another'" in done.stderr
+    text = (share / "cells/kr5_arc.yaml").read_text()
+    begin, end = text.index("camera:"), text.index("board:")
+    (tmp_path / "blind.yaml").write_text(text[:begin] + text[end:])
+    done = run_kr5("run", "blind.yaml", "--pellets", 1)
+    assert done.returncode == 2 and "camera: the cell has none" in done.stderr
+
+
+def test_what_is_so_is_told_in_words():
+    truth = work.JobTruth(in_tube=2, lost=1)
+    assert job_tables.truth_text(truth) == "In truth: 2 in the tube, 1 elsewhere."

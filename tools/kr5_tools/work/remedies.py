@@ -1,0 +1,54 @@
+"""What a person does about a job that has stopped, or cannot go on."""
+
+from pathlib import Path
+
+from kr5 import job
+
+STOPS = {
+    "force": "look what the tool pressed on, and whether the tube stands where the cell says",
+    "torque": "look what the tool pressed on, and whether the tube stands where the cell says",
+    "current": "look whether the arm is blocked, and whether the tool is heavier than the cell says",
+    "sensor_dead": "check the cable and the supply of the force sensor",
+    "sensor_saturated": "free the tool, and check the range of the force sensor",
+    "speed": "check the limits of motion against those of the stop",
+    "workspace": "move the arm back into its workspace",
+    "time_out": "look what the phase waited for: its limits stand in `kr5 job phases`",
+    "lost_link": "check the link to the controller",
+    "operator": "a person stopped it",
+    "journal": "check that the disk has room, and that the journal can be written",
+    "unreachable": "move bin, stand or tube nearer to the arm",
+    "robot": "read on the controller why the robot stands",
+    "cell_fault": "make the cell as it is believed: gripper, load, joints, workspace",
+    "exhausted": "look why the phase failed that often: its outcomes stand in `kr5 job show`",
+}
+
+FINDINGS = {
+    "pose_invalid": "the robot tells no pose; check the link and the drives",
+    "grip_unexpected": "the gripper holds something that the journal does not know; take it out",
+    "station_occupied": "a pellet is on the stand that should not be; take it away",
+    "tube_count": "the tube holds another number of pellets than can be; count again",
+    "station_unseen": "look whether a pellet is on the stand, and say it with --stand full or --stand empty",
+    "tube_unseen": "count the pellets in the tube, and say it with --in-tube N",
+}
+
+
+def words(value: object) -> str:
+    return str(value).replace("_", " ")
+
+
+def stop_text(reason: job.StopReason, phase: job.Phase, journal: Path | None) -> str:
+    """Why the arm stands, and what leads on."""
+    text = f"Stopped by {words(reason)} in the phase {words(phase)}: {STOPS[str(reason)]}."
+    if journal is None:
+        return text
+    return f'{text} Then release it with `kr5 job release {journal} --person "NAME"`, and start again.'
+
+
+def refusal_text(decision: job.RestartDecision, journal: Path | None) -> str:
+    """Why a job cannot go on, and what leads on."""
+    if decision.status == job.RestartStatus.Latched:
+        return (
+            f"The job is stopped by {words(decision.stop)}: {STOPS[str(decision.stop)]}. A person releases it with"
+            f' `kr5 job release {journal} --person "NAME"`.'
+        )
+    return f"The job cannot go on: {FINDINGS[str(decision.finding)]}."
