@@ -102,7 +102,7 @@ TEST_CASE("an operator stops the job, and the controller ends its program", "[re
   job.stop_by_operator();
   const work::LinkedRun run = job.run();
   CHECK(run.job.state.stop == job::StopReason::Operator);
-  CHECK(run.controller.controller.stop.reason == rsi::StopReason::Asked);
+  CHECK(run.controller.controller.stop.reason == rsi::ProgramStopReason::Asked);
 }
 
 TEST_CASE("a program that is killed leaves a journal from which the next one goes on", "[real_time]") {

@@ -126,7 +126,7 @@ TEST_CASE("a link that loses answers for longer than the controller bears stops 
   job::Journal journal(new_journal("lost"), "test");
   work::LockstepJob job(b.cell, b.options, b.linked, journal);
   const work::LinkedRun run = job.run();
-  CHECK(run.controller.controller.stop.reason == rsi::StopReason::LateAnswers);
+  CHECK(run.controller.controller.stop.reason == rsi::ProgramStopReason::LateAnswers);
   CHECK(run.job.state.phase == job::Phase::Stopped);
   CHECK(run.job.state.stop == job::StopReason::LostLink);
   CHECK(journal.belief().stop == job::StopReason::LostLink);
@@ -149,7 +149,7 @@ TEST_CASE("an emergency stop latches, also over a restart of the program, until 
     CHECK(way_in(job, b.cell, 50) < 2e-4);
     job.controller().set_drives(true);  // nothing of what was asked for before is made up for
     CHECK(way_in(job, b.cell, 100) < 2e-4);
-    CHECK(job.controller().statistics().stop.reason == rsi::StopReason::Asked);
+    CHECK(job.controller().statistics().stop.reason == rsi::ProgramStopReason::Asked);
   }
   {
     job::Journal journal(file, "test");
@@ -188,7 +188,7 @@ TEST_CASE("a stop by the operator ends the motion within two cycles") {
   job.stop_by_operator();
   cycles(job, 2);
   CHECK(job.state().stop == job::StopReason::Operator);
-  CHECK(job.controller().statistics().stop.reason == rsi::StopReason::Asked);
+  CHECK(job.controller().statistics().stop.reason == rsi::ProgramStopReason::Asked);
   cycles(job, 50);
   CHECK(way_in(job, b.cell, 50) < 2e-4);
 }
