@@ -132,6 +132,12 @@ void LinkedJob::stop_by_operator() noexcept {
   if (runs()) program_->cycle->stop_by_operator();
 }
 
+std::uint64_t LinkedJob::written() const noexcept { return program_->ring.written(); }
+
+sim::WorkCellState LinkedJob::cell_state() {
+  return program_->cell.with_cell([](const sim::WorkCell& cell) { return cell.state(); });
+}
+
 rsi::Emulator& LinkedJob::controller() {
   require(program_->emulator.has_value(), "controller: it does not run");
   return *program_->emulator;
