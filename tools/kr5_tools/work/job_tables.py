@@ -18,7 +18,6 @@ PELLET_COLUMNS = [
     "time [s]",
     "peak force [N]",
     "impulse [N s]",
-    "jerk [m/s³]",
 ]
 
 
@@ -32,7 +31,6 @@ def pellet_rows(statistics: job.JobStatistics) -> list[list[object]]:
             f"{p.time:.1f}",
             f"{p.peak_force:.1f}",
             f"{p.impulse:.1f}",
-            f"{p.peak_jerk:.0f}",
         ]
         for p in statistics.pellets
     ]
