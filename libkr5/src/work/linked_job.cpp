@@ -125,7 +125,8 @@ LinkedRun LinkedJob::run(const JobProgress& progress) {
 
 LinkedRun LinkedJob::end() {
   program_->end();
-  return {program_->service.result(decision(), program_->journal), program_->link_seen, program_->controller_seen};
+  return {program_->service.result(decision(), program_->cycle, program_->journal), program_->link_seen,
+          program_->controller_seen};
 }
 
 void LinkedJob::stop_by_operator() noexcept {
