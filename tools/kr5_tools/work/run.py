@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     import kr5.work
     from rich.console import Console
 
+    from kr5_tools.work.job_cell import JobSetup
+
 app = typer.Typer()
 
 CYCLES = 20  # between two looks at a job: Ctrl-C is heard, and the state of the cell written where records are new
@@ -183,7 +185,7 @@ def _write_page(
     truth: "kr5.work.JobTruth",
     records: "list[kr5.job.JobRecord]",
     cell: "kr5.sim.WorkCell",
-    setup: object,
+    setup: "JobSetup",
     source: Path,
     report: Path,
     to: "Console",
