@@ -230,7 +230,7 @@ def _write_page(
     truth: "kr5.work.JobTruth",
     records: "list[kr5.job.JobRecord]",
     cell: "kr5.sim.WorkCell",
-    setup: object,
+    setup: "JobSetup",
     source: Path,
     report: Path,
     to: "Console",
