@@ -2,10 +2,13 @@
 #include <utility>
 #include <vector>
 
+#include <kr5/work/fault_trials.hpp>
 #include <kr5/work/job_runner.hpp>
+#include <kr5/work/linked_job.hpp>
 #include <kr5/work/plan_work.hpp>
 
 #include "grey_array.hpp"
+#include "progress.hpp"
 #include "struct_binder.hpp"
 
 namespace py = pybind11;
@@ -101,6 +104,103 @@ void bind_truth(py::module_& m) {
         "Stands with the arm, at rest, where the scan of the bin begins. InvalidArgument when it cannot reach it.");
 }
 
+void bind_linked_options(py::module_& m) {
+  bind_struct<LinkedOptions>(m, "LinkedOptions", "Both ends of the link that a job runs through.");
+  m.def(
+      "linked_options", &linked_options, py::arg("options"), py::arg("believed"),
+      py::arg("controller") = kr5::rsi::Controller::Krc4,
+      "Options by which a link lets the motions of a job pass: limits of corrections at both ends, telegrams, cycle.");
+  m.def("program_options", &program_options, py::arg("options"),
+        "Options of kr5.rsi.controller_files for a real controller with the same limits.");
+  py::class_<LinkedRun>(m, "LinkedRun", "How a job through a link ended, and what both ends saw.")
+      .def_property_readonly(
+          "job", [](const LinkedRun& r) { return r.job; }, "How the job ended (a copy).")
+      .def_property_readonly(
+          "link", [](const LinkedRun& r) { return r.link; }, "What the link has seen (a copy).")
+      .def_property_readonly(
+          "controller", [](const LinkedRun& r) { return r.controller; }, "What the controller has seen (a copy).");
+}
+
+/// Steps or serves while a job runs.
+template <class Job, class Class>
+void bind_linked(Class& bound) {
+  using kr5::job::Journal;
+  using kr5::job::RestartMeasurements;
+  bound
+      .def(py::init([](kr5::sim::WorkCell& cell, const WorkOptions& options, const LinkedOptions& linked,
+                       Journal& journal, const RestartMeasurements& seen) {
+             return std::make_unique<Job>(cell, options, linked, journal, seen);
+           }),
+           py::arg("cell"), py::arg("options"), py::arg("linked"), py::arg("journal"),
+           py::arg("seen") = RestartMeasurements{}, py::keep_alive<1, 2>(), py::keep_alive<1, 5>())
+      .def_property_readonly(
+          "decision", [](const Job& self) { return self.decision(); }, "Where the job goes on, or why it cannot.")
+      .def_property_readonly("runs", &Job::runs, "Whether the job can go on by that.")
+      .def_property_readonly("finished", &Job::finished, "Whether nothing moves any more.")
+      .def_property_readonly(
+          "state", [](const Job& self) { return self.state(); },
+          "State of the job; InvalidArgument for one that does not run.")
+      .def("stop_by_operator", &Job::stop_by_operator, "Stops the arm; a person must release it.")
+      .def(
+          "run", [](Job& self) { return self.run(); }, py::call_guard<py::gil_scoped_release>(),
+          "Until the job has ended and the arm stands.");
+}
+
+void bind_linked_jobs(py::module_& m) {
+  using free_python = py::call_guard<py::gil_scoped_release>;
+  py::class_<LockstepJob> lockstep(m, "LockstepJob",
+                                   "A job through an RSI link without sockets and clocks: controller and link in "
+                                   "turns, as fast as both can.");
+  bind_linked<LockstepJob>(lockstep);
+  lockstep
+      .def(
+          "step",
+          [](LockstepJob& self, int cycles) {
+            for (int k = 0; k < cycles; ++k) self.step();
+          },
+          py::arg("cycles") = 1, free_python(), "So many cycles of both ends, also of a job that has ended.")
+      .def_property_readonly("controller", &LockstepJob::controller, py::return_value_policy::reference_internal,
+                             "The emulated controller.")
+      .def("jump_clock", &LockstepJob::jump_clock, py::arg("time"), "The clock of the computer jumps ahead [s].")
+      .def("result", &LockstepJob::result, "What there is so far.");
+  py::class_<LinkedJob> linked(m, "LinkedJob",
+                               "A job in real time through an RSI link with its sockets, with an emulated controller "
+                               "that moves the cell meanwhile: nobody else may use cell and journal until it has "
+                               "ended.");
+  bind_linked<LinkedJob>(linked);
+  linked
+      .def("serve", &LinkedJob::serve, free_python(),
+           "Looks, rows and a lost link since the last call, which must be a few milliseconds ago.")
+      .def("end", &LinkedJob::end, free_python(), "Ends both ends of the link; what there is then.")
+      .def("cell_state", &LinkedJob::cell_state, free_python(), "The cell as it is now.")
+      .def_property_readonly("written", &LinkedJob::written, "Number of the last record on the disk.")
+      .def_property_readonly("journal_problem", &LinkedJob::journal_problem,
+                             "Why the journal could not be written, in words; empty: it could.")
+      .def_property_readonly("real_time", &LinkedJob::real_time, "What the kernel gave to the thread of the link.");
+}
+
+void bind_trials(py::module_& m) {
+  kr5::python::bind_enum<TrialFault>(m, "TrialFault", "A fault of a link, or of one of its ends.");
+  bind_struct<FaultTrialOptions>(m, "FaultTrialOptions", "Options of run_fault_trials.");
+  bind_struct<FaultRow>(m, "FaultRow", "What came of the trials of one fault, by the truth of the simulator.");
+  m.def(
+      "run_fault_trials",
+      [](const kr5::cell::Cell& cell, const kr5::sim::WorkCellOptions& bin, const std::string& folder,
+         const FaultTrialOptions& options, const py::object& progress) {
+        const auto told = kr5::python::shared_progress(progress);
+        const py::gil_scoped_release free;
+        return run_fault_trials(cell, bin, folder, options, [&](double share) {
+          const py::gil_scoped_acquire held;
+          if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+          if (told) told("faults", share);
+        });
+      },
+      py::arg("cell"), py::arg("bin"), py::arg("folder"), py::arg("options") = FaultTrialOptions{},
+      py::arg("progress") = py::none(),
+      "Injects each fault at random instants of an insertion through a link in lock step; what was stopped is released "
+      "by a person and goes on. progress(stage, share) is called after each trial.");
+}
+
 }  // namespace
 
 void bind_work(py::module_& m) {
@@ -108,4 +208,7 @@ void bind_work(py::module_& m) {
   bind_perception(m);
   bind_runner(m);
   bind_truth(m);
+  bind_linked_options(m);
+  bind_linked_jobs(m);
+  bind_trials(m);
 }

@@ -100,5 +100,8 @@ void JobCycle::end() noexcept {
 }
 
 const job::JobState& JobCycle::state() const noexcept { return shared_->controller.supervisor().state(); }
+const force::InsertionState& JobCycle::insertion() const noexcept {
+  return shared_->controller.supervisor().insertion();
+}
 
 }  // namespace kr5::work

@@ -7,95 +7,45 @@
 #include <kr5/core/error.hpp>
 #include <kr5/job/journal_writer.hpp>
 #include <kr5/kinematics/inverse.hpp>
-#include <kr5/vision/render.hpp>
-#include <kr5/work/plan_work.hpp>
 
-#include "work/job_rows.hpp"
+#include "work/job_service.hpp"
 
 namespace kr5::work {
 namespace {
 
 constexpr int told_every = 50;  // cycles between two words of progress
 
-picking::Cloud cloud_of(const sim::BinScan& scan) {
-  picking::Cloud out;
-  out.points = scan.cloud().transpose();
-  out.origins = scan.origins().transpose();
-  return out;
-}
-
-vision::Image photograph(const sim::WorkCell& cell, int number) {
-  const predict::CameraScene scene = cell.picture();
-  vision::RenderOptions options;
-  options.oversampling = 4;
-  options.noise = cell.options().noise ? 1.0 : 0.0;
-  options.seed = static_cast<int>(cell.options().seed) + number;
-  return vision::render(scene.targets, scene.solids, scene.lens, options);
-}
-
-bool can_run(const job::RestartDecision& decision) noexcept {
-  return decision.status == job::RestartStatus::Fresh || decision.status == job::RestartStatus::Continue;
-}
-
 }  // namespace
 
 struct JobRunner::Program {
-  Program(sim::WorkCell& given, const WorkOptions& with, job::Journal& to, job::RestartMeasurements seen)
-      : cell(given), options(with), journal(to), rows(given.believed().robot.joints()) {
+  Program(sim::WorkCell& given, const WorkOptions& options, job::Journal& to, job::RestartMeasurements seen)
+      : cell(given), journal(to), service(cell, options) {
     options.validate();
     ring.begin_after(journal.last_number());
     seen.reading = cell.read();
     decision = job::decide_restart(journal.belief(), seen, restart_options(options));
-    if (can_run(decision)) controller.emplace(options.job, decision, cell.believed(), ring);
+    if (can_go_on(decision)) cycle.emplace(options, decision, cell.believed(), ring);
   }
 
   void step();
-  void answer(const robot::RobotReading& reading);
-  void write();
 
-  sim::WorkCell& cell;
-  WorkOptions options;
+  SharedCell cell;
   job::Journal& journal;
+  JobService service;
   job::RecordRing ring;
   job::RestartDecision decision;
-  std::optional<WorkController> controller;
+  std::optional<JobCycle> cycle;
   robot::RobotCommand command;
-  JobRows rows;
-  std::int64_t swept = -1;  ///< Stamp of the last sweep that was begun.
-  int pictures = 0;
 };
 
-void JobRunner::Program::write() {
+/// What is asked for is answered before the next cycle: the arm stands meanwhile.
+void JobRunner::Program::step() {
+  command = cycle->step(cell.read());
+  service.serve(*cycle);
+  cell.send(command);
   std::string problem;
   job::write_records(ring, journal, problem);
   if (!problem.empty()) throw IoError(problem);
-}
-
-/// What is asked for is answered before the next cycle: the arm stands meanwhile.
-void JobRunner::Program::answer(const robot::RobotReading& reading) {
-  const job::PerceptionRequest asked = controller->supervisor().request();
-  if (asked.kind == job::RequestKind::Sweep && asked.stamp != swept) {
-    swept = asked.stamp;
-    cell.start_scan();
-  } else if (asked.kind == job::RequestKind::Scan) {
-    job::ScanResult result = plan_work(cloud_of(cell.finish_scan(sim::ScanPlace::Bin)), cell.believed(), options);
-    result.stamp = asked.stamp;
-    controller->supervisor().deliver(result);
-  } else if (asked.kind == job::RequestKind::Hole) {
-    job::HoleResult result = find_tube(photograph(cell, ++pictures), cell.believed(), reading.T_base_flange, options);
-    result.stamp = asked.stamp;
-    controller->supervisor().deliver(result);
-  }
-}
-
-void JobRunner::Program::step() {
-  const robot::RobotReading reading = cell.read();
-  command = controller->step(reading);
-  rows.add(reading, controller->setpoint(), command.gripper, controller->supervisor().state(),
-           controller->supervisor().insertion().attempt);
-  answer(reading);
-  cell.send(command);
-  write();
 }
 
 JobRunner::JobRunner(sim::WorkCell& cell, const WorkOptions& options, job::Journal& journal,
@@ -106,18 +56,18 @@ JobRunner::JobRunner(JobRunner&&) noexcept = default;
 JobRunner& JobRunner::operator=(JobRunner&&) noexcept = default;
 
 const job::RestartDecision& JobRunner::decision() const noexcept { return program_->decision; }
-bool JobRunner::runs() const noexcept { return program_->controller.has_value(); }
-bool JobRunner::finished() const noexcept { return !runs() || program_->controller->supervisor().finished(); }
+bool JobRunner::runs() const noexcept { return program_->cycle.has_value(); }
+bool JobRunner::finished() const noexcept { return !runs() || program_->cycle->finished(); }
 const robot::RobotCommand& JobRunner::command() const noexcept { return program_->command; }
 
 const job::JobState& JobRunner::state() const {
   require(runs(), "job: it cannot go on: " + std::string(name_of(decision().status)));
-  return program_->controller->supervisor().state();
+  return program_->cycle->state();
 }
 
 const force::InsertionState& JobRunner::insertion() const {
   require(runs(), "job: it cannot go on: " + std::string(name_of(decision().status)));
-  return program_->controller->supervisor().insertion();
+  return program_->cycle->insertion();
 }
 
 void JobRunner::step() {
@@ -132,14 +82,7 @@ JobRun JobRunner::run(const JobProgress& progress) {
   return result();
 }
 
-JobRun JobRunner::result() const {
-  JobRun out;
-  out.decision = decision();
-  if (runs()) out.state = state();
-  out.rows = program_->rows.table();
-  out.statistics = job::job_statistics(program_->journal.records(), program_->rows.samples());
-  return out;
-}
+JobRun JobRunner::result() const { return program_->service.result(decision(), program_->cycle, program_->journal); }
 
 void place_over_bin(sim::WorkCell& cell, const WorkOptions& options) {
   const cell::Cell& c = cell.believed();

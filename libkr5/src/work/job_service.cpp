@@ -13,10 +13,11 @@ void JobService::serve(JobCycle& cycle) {
   perception_.answer(cycle.take_request().value_or(LookRequest()), cycle);
 }
 
-JobRun JobService::result(const job::RestartDecision& decision, const job::Journal& journal) const {
+JobRun JobService::result(const job::RestartDecision& decision, const std::optional<JobCycle>& cycle,
+                          const job::Journal& journal) const {
   JobRun out;
   out.decision = decision;
-  out.state = state_;
+  if (cycle) out.state = cycle->state();
   out.rows = rows_.table();
   out.statistics = job::job_statistics(journal.records(), rows_.samples());
   return out;

@@ -31,8 +31,10 @@ class JobService {
   /// State in the last cycle.
   const job::JobState& state() const noexcept { return state_; }
   const CellPerception& perception() const noexcept { return perception_; }
-  /// @param journal Must not be written meanwhile.
-  JobRun result(const job::RestartDecision& decision, const job::Journal& journal) const;
+  /// What there is so far. @param cycle None where the job cannot go on; no other thread steps it or writes the
+  /// journal.
+  JobRun result(const job::RestartDecision& decision, const std::optional<JobCycle>& cycle,
+                const job::Journal& journal) const;
 
  private:
   CellPerception perception_;

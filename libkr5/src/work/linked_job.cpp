@@ -125,11 +125,18 @@ LinkedRun LinkedJob::run(const JobProgress& progress) {
 
 LinkedRun LinkedJob::end() {
   program_->end();
-  return {program_->service.result(decision(), program_->journal), program_->link_seen, program_->controller_seen};
+  return {program_->service.result(decision(), program_->cycle, program_->journal), program_->link_seen,
+          program_->controller_seen};
 }
 
 void LinkedJob::stop_by_operator() noexcept {
   if (runs()) program_->cycle->stop_by_operator();
+}
+
+std::uint64_t LinkedJob::written() const noexcept { return program_->ring.written(); }
+
+sim::WorkCellState LinkedJob::cell_state() {
+  return program_->cell.with_cell([](const sim::WorkCell& cell) { return cell.state(); });
 }
 
 rsi::Emulator& LinkedJob::controller() {

@@ -139,7 +139,7 @@ LinkedRun LockstepJob::run(const JobProgress& progress) {
 
 LinkedRun LockstepJob::result() const {
   LinkedRun out;
-  out.job = program_->service.result(decision(), program_->journal);
+  out.job = program_->service.result(decision(), program_->cycle, program_->journal);
   if (runs()) out.link = program_->session->statistics();
   out.controller.controller = program_->controller.statistics();
   out.controller.telegram_faults = program_->telegrams.counts();

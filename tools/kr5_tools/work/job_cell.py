@@ -24,7 +24,12 @@ class JobSetup:
 
 
 def make_cell(cell: kr5.cell.Cell, setup: JobSetup) -> kr5.sim.WorkCell:
-    """The work cell, with a tube that holds all pellets: the cell's own where that is deep enough."""
+    """The work cell of a job."""
+    return kr5.sim.WorkCell(cell, work_cell_options(cell, setup))
+
+
+def work_cell_options(cell: kr5.cell.Cell, setup: JobSetup) -> kr5.sim.WorkCellOptions:
+    """Its options, with a tube that holds all pellets: the cell's own where that is deep enough."""
     pour = kr5.sim.PourOptions(pellets=setup.pellets, seed=setup.seed)
     options = kr5.sim.WorkCellOptions(pour=pour, seed=setup.seed)
     if setup.errors == "nominal":
@@ -32,7 +37,7 @@ def make_cell(cell: kr5.cell.Cell, setup: JobSetup) -> kr5.sim.WorkCell:
     needed = setup.pellets * pour.height_max + SPARE
     if cell.tube is not None and cell.tube.depth < needed:
         options.tube_depth = needed
-    return kr5.sim.WorkCell(cell, options)
+    return options
 
 
 def exact_errors() -> kr5.sim.WorkCellErrors:

@@ -18,7 +18,6 @@ PELLET_COLUMNS = [
     "time [s]",
     "peak force [N]",
     "impulse [N s]",
-    "jerk [m/s³]",
 ]
 
 
@@ -32,7 +31,6 @@ def pellet_rows(statistics: job.JobStatistics) -> list[list[object]]:
             f"{p.time:.1f}",
             f"{p.peak_force:.1f}",
             f"{p.impulse:.1f}",
-            f"{p.peak_jerk:.0f}",
         ]
         for p in statistics.pellets
     ]
@@ -73,7 +71,10 @@ def truth_text(truth: "kr5.work.JobTruth") -> str:
     return "In truth: " + ", ".join(f"{count} {where}" for count, where in parts if count) + "."
 
 
-def as_dict(job_id: str, done: "kr5.work.JobRun", truth: "kr5.work.JobTruth") -> dict[str, Any]:
+def as_dict(
+    job_id: str, done: "kr5.work.JobRun", truth: "kr5.work.JobTruth", link: "kr5.work.LinkedRun | None" = None
+) -> dict[str, Any]:
+    ends = {} if link is None else {"link": link.link.to_dict(), "controller": link.controller.to_dict()}
     return {
         "job": job_id,
         "done": done.done,
@@ -82,4 +83,5 @@ def as_dict(job_id: str, done: "kr5.work.JobRun", truth: "kr5.work.JobTruth") ->
         "mean_time": mean_time(done.statistics),
         "statistics": done.statistics.to_dict(),
         "truth": truth.to_dict(),
+        **ends,
     }

@@ -12,10 +12,13 @@ from kr5.files import writing
 from kr5_tools.cli import arguments, tables, terminal
 
 if TYPE_CHECKING:
+    import kr5.cell
     import kr5.job
     import kr5.sim
     import kr5.work
     from rich.console import Console
+
+    from kr5_tools.work.job_cell import JobSetup
 
 app = typer.Typer()
 
@@ -52,6 +55,29 @@ def run(
         int | None,
         typer.Option(min=0, help="Number of pellets that a person counts in the tube, likewise.", show_default=False),
     ] = None,
+    through_rsi: Annotated[
+        bool,
+        typer.Option(
+            "--through-rsi",
+            help="In real time through an RSI link to an emulated KUKA controller; Ctrl-C stops the arm for a person.",
+        ),
+    ] = False,
+    controller: Annotated[
+        Literal["krc2", "krc4_rsi3", "krc4", "krc5", "iiqka"], typer.Option(help="That controller.")
+    ] = "krc4",
+    port: Annotated[
+        int | None,
+        typer.Option(min=1, max=65535, help="Port of the link on this computer.", show_default="49152"),
+    ] = None,
+    faults: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            metavar="N",
+            show_default=False,
+            help="Instead of a job, with --through-rsi: each fault of link and controller N times during an insertion.",
+        ),
+    ] = None,
     report: Annotated[
         Path | None,
         typer.Option(metavar="PAGE.html", help="Page with a 3D replay, time line, forces and attempts by pellet."),
@@ -67,28 +93,42 @@ def run(
     import kr5.work
 
     from kr5_tools.insertion.task import load_cell
-    from kr5_tools.work import job_tables
+    from kr5_tools.work import job_tables, linked_run
     from kr5_tools.work.job_cell import JobSetup, make_cell
 
     writing.check_writable(report, json_file, inputs=[cell_file, journal_file])
     writing.check_writable(journal_file, inputs=[cell_file])
     writing.check_page(report)
+    if faults is not None and (not through_rsi or journal_file or report):
+        terminal.fail("--faults: needs --through-rsi, and has neither journal nor report")
     given, source = load_cell(cell_file)
     setup = JobSetup(pellets, seed, errors)
+    if faults is not None:
+        return _try_faults(given, setup, faults, json_file)
     with terminal.spinner("pouring"):
         cell = make_cell(given, setup)
     options = kr5.work.work_options(cell)
     options.job.pellets = pellets
     with _journal(journal_file, setup.job_id(given)) as (journal, file):
-        runner = _take_up(cell, options, journal, file, seen=_seen(stand, in_tube))
-        if runner.runs:
-            _work(runner, cell, pellets, journal, file)
-        done, truth, records = runner.result(), kr5.work.judge_job(cell), journal.records()
+        _place(cell, options, journal, file)
+        seen, link = _seen(stand, in_tube), None
+        if through_rsi:
+            linked = linked_run.make_options(options, cell, controller, port)
+            link = linked_run.work(kr5.work.LinkedJob(cell, options, linked, journal, seen), cell, pellets, file)
+            done = link.job
+        else:
+            runner = kr5.work.JobRunner(cell, options, journal, seen)
+            if runner.runs:
+                _work(runner, cell, pellets, journal, file)
+            done = runner.result()
+        truth, records = kr5.work.judge_job(cell), journal.records()
     to = terminal.console(json_file)
     _print(done, truth, pellets, journal_file, to)
+    if link is not None:
+        linked_run.print_link(link, linked.layout, to)
     if report:
         _write_page(done, truth, records, cell, setup, source, report, to)
-    writing.write_json(job_tables.as_dict(setup.job_id(given), done, truth), json_file)
+    writing.write_json(job_tables.as_dict(setup.job_id(given), done, truth, link), json_file)
     if not done.done or truth.in_tube < pellets:
         raise typer.Exit(1)
 
@@ -116,14 +156,22 @@ def _journal(file: Path | None, job_id: str) -> Iterator[tuple["kr5.job.Journal"
         yield job.Journal(Path(folder) / "job.db", job_id), None
 
 
-def _take_up(
-    cell: "kr5.sim.WorkCell",
-    options: "kr5.work.WorkOptions",
-    journal: "kr5.job.Journal",
-    file: Path | None,
-    seen: "kr5.job.RestartMeasurements",
-) -> "kr5.work.JobRunner":
-    """The program of a new job, or of one that was begun."""
+def _try_faults(given: "kr5.cell.Cell", setup: "JobSetup", trials: int, json_file: Path | None) -> None:
+    """What each fault does to an insertion; exit code 1 where one does harm."""
+    from kr5_tools.work import linked_run
+
+    rows = linked_run.run_faults(given, setup, trials)
+    to = terminal.console(json_file)
+    to.print(tables.make_table("Faults during an insertion", linked_run.FAULT_COLUMNS, linked_run.fault_rows(rows)))
+    writing.write_json([row.to_dict() for row in rows], json_file)
+    if not linked_run.sound(rows):
+        raise typer.Exit(1)
+
+
+def _place(
+    cell: "kr5.sim.WorkCell", options: "kr5.work.WorkOptions", journal: "kr5.job.Journal", file: Path | None
+) -> None:
+    """The arm stands where a new job begins, or the cell is as the job left it."""
     import kr5.work
 
     from kr5_tools.work.job_cell import restore_cell
@@ -132,7 +180,6 @@ def _take_up(
         restore_cell(cell, file)
     else:
         kr5.work.place_over_bin(cell, options)
-    return kr5.work.JobRunner(cell, options, journal, seen)
 
 
 def _work(
@@ -183,7 +230,7 @@ def _write_page(
     truth: "kr5.work.JobTruth",
     records: "list[kr5.job.JobRecord]",
     cell: "kr5.sim.WorkCell",
-    setup: object,
+    setup: "JobSetup",
     source: Path,
     report: Path,
     to: "Console",

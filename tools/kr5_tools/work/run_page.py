@@ -9,8 +9,10 @@ import kr5.cell
 import numpy as np
 import numpy.typing as npt
 from kr5 import job
+from matplotlib.ticker import MaxNLocator
 
 from kr5_tools.calibrate.plots import Plot
+from kr5_tools.cli.numbers import format_count
 from kr5_tools.pages.plot_style import BLUE, STYLE, WIDE, plt
 from kr5_tools.pages.rendering import embed_plot
 from kr5_tools.replay.page import make_page
@@ -67,7 +69,7 @@ def job_page(
             [replay_run(done)],
             source,
             made_by="kr5 run",
-            title=f"Job of {setup.pellets} pellets",
+            title=f"Job of {format_count(setup.pellets, 'pellet')}",
             solids=plates_of(cell),
             T_base_actual=np.asarray(cell.truth().T_base_tubes[0]),
             template="job.html",
@@ -149,9 +151,10 @@ def _time_line(records: Sequence[job.JobRecord]) -> Plot:
         axes.barh(pellet, duration, left=begin, height=0.8, color=COLOURS.get(phase, "#999999"), label=label)
     axes.set_xlabel("time [s]")
     axes.set_ylabel("pellet; 0: none")
+    axes.yaxis.set_major_locator(MaxNLocator(integer=True))
     axes.invert_yaxis()
     if shown:
-        axes.legend(loc="upper right", fontsize=7)
+        axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=5, fontsize=7)
     text = "Phases of each pellet by the journal; times between programs are left out."
     return Plot("time_line", "Time line", text, figure, True)
 

@@ -60,7 +60,9 @@ class JobCycle {
 
   /// When no thread calls `step` any more: a job that is not finished has lost its link, which is written down.
   void end() noexcept;
+  /// Of the thread of the cycle, or when there is none any more.
   const job::JobState& state() const noexcept;
+  const force::InsertionState& insertion() const noexcept;
 
  private:
   struct Shared;

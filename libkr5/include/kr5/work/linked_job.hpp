@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 
@@ -43,6 +44,10 @@ class LinkedJob {
   LinkedRun end();
 
   void stop_by_operator() noexcept;
+  /// Number of the last record on the disk.
+  std::uint64_t written() const noexcept;
+  /// The cell as it is now, while the controller moves it.
+  sim::WorkCellState cell_state();
   /// The controller, while it runs.
   rsi::Emulator& controller();
   rsi::LinkStatistics link_statistics() const;

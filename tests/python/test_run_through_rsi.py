@@ -1,0 +1,91 @@
+"""`kr5 run --through-rsi` and the jobs through a link of kr5.work. What they do is tested in C++."""
+
+import io
+import socket
+
+import conftest
+import pytest
+from kr5 import job, rsi
+from kr5.cell import load_cell
+from rich.console import Console
+
+work = pytest.importorskip("kr5.work", reason="this kr5 was built without DART, ViSP, PCL or SQLite")
+
+from kr5_tools.cli import tables
+from kr5_tools.work import job_cell, linked_run
+
+
+@pytest.fixture(scope="module")
+def given(share):
+    return load_cell(share / "cells/kr5_arc.yaml")
+
+
+def free_port() -> int:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+def begun(given):
+    cell = job_cell.make_cell(given, job_cell.JobSetup(1, 5, "nominal"))
+    options = work.work_options(cell)
+    options.job.pellets = 1
+    work.place_over_bin(cell, options)
+    return cell, options
+
+
+def test_both_ends_agree_and_the_files_of_a_real_controller_have_their_limits(given):
+    cell, options = begun(given)
+    linked = linked_run.make_options(options, cell, "krc2", 6008)
+    assert linked.layout.port == 6008 and linked.layout.controller == rsi.Controller.Krc2
+    rules = linked.emulator.controller.rules
+    assert rules.cycle == linked.link.cycle == cell.cycle
+    program = work.program_options(linked)
+    assert program.translation_limit == rules.translation_limit
+    files = rsi.controller_files(linked.layout, program)
+    assert "FT.Fx" in files.unwired
+
+
+def test_a_job_in_lock_step_is_stopped_at_the_controller(given, tmp_path):
+    cell, options = begun(given)
+    linked = work.linked_options(options, cell.believed)
+    lockstep = work.LockstepJob(cell, options, linked, job.Journal(tmp_path / "job.db", "test"))
+    lockstep.step(60)
+    assert lockstep.runs and lockstep.state.phase == job.Phase.Scan
+    lockstep.controller.emergency_stop()
+    done = lockstep.run()
+    assert done.job.state.stop == job.StopReason.Robot
+    assert done.link.answered == done.controller.controller.answered + done.controller.controller.unasked
+    assert len(done.job.rows) > 50
+
+
+def test_a_job_through_sockets_is_stopped_by_a_person(given, tmp_path):
+    cell, options = begun(given)
+    linked = linked_run.make_options(options, cell, "krc4", free_port())
+    journal = job.Journal(tmp_path / "job.db", "test")
+    linked_job = work.LinkedJob(cell, options, linked, journal)
+    linked_job.stop_by_operator()
+    done = linked_run.work(linked_job, cell, 1, tmp_path / "job.db")
+    assert done.job.state.stop == job.StopReason.Operator
+    assert job_cell.state_file(tmp_path / "job.db").is_file()
+    assert journal.belief().stop == job.StopReason.Operator
+
+
+def test_faults_need_a_link(run_kr5):
+    done = run_kr5("run", "--faults", 1)
+    assert done.returncode == 2
+    assert "--through-rsi" in done.stderr
+
+
+def test_a_fault_that_did_harm_is_told():
+    good = {"trials": 3, "continued": 1, "stopped": 2, "max_force": 21.5, "resumed": 2}
+    rows = [work.FaultRow(fault="lost", **good), work.FaultRow(fault="emergency_stop", **good)]
+    assert linked_run.sound(rows)
+    assert linked_run.fault_rows(rows)[1][0] == "emergency stop"
+    table = tables.make_table("Faults", linked_run.FAULT_COLUMNS, linked_run.fault_rows(rows))
+    console = Console(file=io.StringIO(), width=80)
+    console.print(table)
+    conftest.check_tables(console.file.getvalue(), 80)
+    for field in ("moving", "over_limit", "astray"):
+        assert not linked_run.sound([work.FaultRow(fault="lost", **good, **{field: 1})])
+    assert not linked_run.sound([work.FaultRow(fault="lost", **{**good, "stopped": 1})])
