@@ -3,11 +3,12 @@
 import io
 import socket
 
-import conftest
 import pytest
 from kr5 import job, rsi
 from kr5.cell import load_cell
 from rich.console import Console
+
+import conftest
 
 work = pytest.importorskip("kr5.work", reason="this kr5 was built without DART, ViSP, PCL or SQLite")
 
