@@ -154,6 +154,24 @@ TEST_CASE("a bin that is empty ends the job") {
   CHECK(cell.count(Place::Tube) == 2);
 }
 
+TEST_CASE("a bin counts as empty once it has been looked into from both sides") {
+  Folder folder;
+  FakeCell cell(0, 1);
+  JobOptions options = FakeCell::options(0);
+  const Pose other(Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitZ()));
+  options.places.T_base_rescan = options.places.T_base_scan * other;
+  options.places.T_base_rescan_end = options.places.T_base_scan_end * other;
+  Program program(cell, folder / "job.db", options);
+  REQUIRE(program.run());
+  CHECK(program.supervisor().state().outcome == Outcome::BinEmpty);
+  CHECK(program.command().tool.linear().isApprox(options.places.T_base_rescan_end->linear(), 1e-6));
+  int scans = 0;
+  for (const JobRecord& r : program.journal().records()) scans += r.kind == RecordKind::Enter && r.phase == Phase::Scan;
+  CHECK(scans == 2);
+  options.places.T_base_rescan_end.reset();
+  CHECK_THROWS_WITH(options.validate(), Catch::Contains("places.T_base_rescan_end must both be given, or neither"));
+}
+
 TEST_CASE("a pellet that falls is dropped, and the job goes on with the next one") {
   Folder folder;
   FakeCell cell(2, 1);

@@ -28,17 +28,21 @@ Outcome Supervisor::Machine::check_cell(const robot::RobotReading& reading) noex
   return start.status == RestartStatus::Continue ? Outcome::Resumed : Outcome::CellReady;
 }
 
+/// Each other scan is made from where that is seen which was hidden; a bin is empty when both show nothing.
 Outcome Supervisor::Machine::scan_bin(const robot::RobotReading& reading) noexcept {
+  const JobPlaces& places = options.places;
+  const bool again = places.T_base_rescan && state.attempt % 2 == 0;
+  const Pose& begin = again ? *places.T_base_rescan : places.T_base_scan;
   if (stage == 0) {
     set_grip(false);
-    travel_over(options.places.T_base_scan);
-    path.add(options.places.T_base_scan);
+    travel_over(begin);
+    path.add(begin);
     stage = 1;
   }
   if (!follow(reading)) return Outcome::None;
   if (stage == 1) {
-    const Pose& end = options.places.T_base_scan_end;
-    if (!end.isApprox(options.places.T_base_scan)) request = {RequestKind::Sweep, cycle, state.pellet};
+    const Pose& end = again ? *places.T_base_rescan_end : places.T_base_scan_end;
+    if (!end.isApprox(begin)) request = {RequestKind::Sweep, cycle, state.pellet};
     path.start(commanded);
     path.add(end, Way::Scan);
     stage = 2;
@@ -51,7 +55,7 @@ Outcome Supervisor::Machine::scan_bin(const robot::RobotReading& reading) noexce
   if (!answered) return Outcome::None;
   next_pick = 0;
   if (scan.count > 0) return Outcome::PicksFound;
-  return scan.bin_empty ? Outcome::BinEmpty : Outcome::NothingGraspable;
+  return scan.bin_empty && (again || !places.T_base_rescan) ? Outcome::BinEmpty : Outcome::NothingGraspable;
 }
 
 Outcome Supervisor::Machine::pick(const robot::RobotReading& reading) noexcept {

@@ -17,6 +17,10 @@ void require_pose(const Pose& T, const char* message) {
 void check_places(const JobPlaces& p) {
   require_pose(p.T_base_scan, "places.T_base_scan is no rigid motion");
   require_pose(p.T_base_scan_end, "places.T_base_scan_end is no rigid motion");
+  require(p.T_base_rescan.has_value() == p.T_base_rescan_end.has_value(),
+          "places.T_base_rescan and places.T_base_rescan_end must both be given, or neither");
+  if (p.T_base_rescan) require_pose(*p.T_base_rescan, "places.T_base_rescan is no rigid motion");
+  if (p.T_base_rescan_end) require_pose(*p.T_base_rescan_end, "places.T_base_rescan_end is no rigid motion");
   require_pose(p.T_base_tube, "places.T_base_tube is no rigid motion");
   require_pose(p.T_tool_peg, "places.T_tool_peg is no rigid motion");
   require(std::isfinite(p.travel_height), "places.travel_height is no number [m]");

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include <kr5/core/error.hpp>
+#include <kr5/kinematics/inverse.hpp>
 #include <kr5/sim/insertion_options.hpp>
 
 namespace kr5::work {
@@ -25,15 +26,34 @@ Pose upside_down(const Vector3d& place) {
   return Translation3d(place) * Pose(Eigen::AngleAxisd(std::numbers::pi, Vector3d::UnitX()));
 }
 
-/// Ends of a pass along Y of the bin with the middle of the scanner's range on the floor.
+bool reaches(const cell::Cell& believed, const Pose& T_base_tool) {
+  kinematics::InverseOptions search;
+  if (believed.robot.limits) {
+    search.lower = believed.robot.limits->lower;
+    search.upper = believed.robot.limits->upper;
+  }
+  search.near = Eigen::VectorXd::Zero(believed.robot.joints());
+  const auto found = kinematics::inverse_kinematics(cell::nominal_chain(believed),
+                                                    T_base_tool * believed.tool->T_flange_tool.inverse(), search);
+  return std::any_of(found.postures.begin(), found.postures.end(), [](const auto& p) { return p.usable(); });
+}
+
+/// Ends of a pass along Y of the bin with the middle of the scanner's range on the floor, and of one with the scanner
+/// turned by half a turn, whose receiver looks behind the walls that hide something from it otherwise.
 void set_scan(job::JobPlaces& places, const sim::WorkCell& cell) {
   const sim::WorkCellOptions& o = cell.options();
-  const Pose T_tool_scanner = cell.believed().tool->T_flange_tool.inverse() * o.scanner.T_flange_scanner;
+  const Pose T_scanner_tool = o.scanner.T_flange_scanner.inverse() * cell.believed().tool->T_flange_tool;
   const double reach = 0.5 * o.bin.size.y() + scan_margin;
-  for (const double end : {-1.0, 1.0}) {
-    const Pose T_base_scanner = o.bin.T_base_bin * upside_down({0.0, end * reach, o.scanner.stand_off});
-    (end < 0 ? places.T_base_scan : places.T_base_scan_end) = T_base_scanner * T_tool_scanner.inverse();
-  }
+  const auto tool_at = [&](double y, double turn) {
+    const Pose T_base_scanner = o.bin.T_base_bin * upside_down({0.0, y, o.scanner.stand_off});
+    return Pose(T_base_scanner * Eigen::AngleAxisd(turn, Vector3d::UnitZ()) * T_scanner_tool);
+  };
+  places.T_base_scan = tool_at(-reach, 0.0);
+  places.T_base_scan_end = tool_at(reach, 0.0);
+  const Pose begin = tool_at(reach, std::numbers::pi), end = tool_at(-reach, std::numbers::pi);
+  if (!reaches(cell.believed(), begin) || !reaches(cell.believed(), end)) return;
+  places.T_base_rescan = begin;
+  places.T_base_rescan_end = end;
 }
 
 /// Where the longest pellet passes over bin, stand and tubes, and the camera has the tube in view.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <optional>
+
 #include <Eigen/Core>
 
 #include <kr5/force/insertion.hpp>
@@ -14,6 +16,7 @@ namespace kr5::job {
 struct JobPlaces {
   Pose T_base_scan = Pose::Identity();
   Pose T_base_scan_end = Pose::Identity();
+  std::optional<Pose> T_base_rescan, T_base_rescan_end;  ///< [m]
   Pose T_base_tube = Pose::Identity();
   Pose T_tool_peg = Pose::Identity();
   double travel_height = 0.2;  ///< [m]
@@ -25,6 +28,10 @@ struct JobPlaces {
   static void each_field(auto& self, auto&& visit) {
     visit("T_base_scan", self.T_base_scan, "Tool where the scan of the bin begins [m].");
     visit("T_base_scan_end", self.T_base_scan_end, "Tool where it ends; the same for one that needs no motion [m].");
+    visit("T_base_rescan", self.T_base_rescan,
+          "Tool where another scan begins, after one that shows nothing to pick: from where that is seen which was "
+          "hidden; empty: as the first [m].");
+    visit("T_base_rescan_end", self.T_base_rescan_end, "Tool where that scan ends [m].");
     visit("T_base_tube", self.T_base_tube, "Tube, as it is believed before it is looked for [m].");
     visit("T_tool_peg", self.T_tool_peg,
           "Pellet in the tool once it is regripped: bottom centre, Z along its axis [m].");
