@@ -78,7 +78,7 @@ def print_link(done: kr5.work.LinkedRun, layout: rsi.TelegramLayout, to: "Consol
     text = f"\nLink: {c.answered} of {c.answered + c.missing} cycles answered in time, {link.lost} telegrams lost"
     if controller.overruns:
         text += f", {controller.overruns} cycles that this computer missed"
-    if c.stop.reason not in (rsi.StopReason.None_, rsi.StopReason.Asked):
+    if c.stop.reason not in (rsi.ProgramStopReason.None_, rsi.ProgramStopReason.Asked):
         text += f"; the controller stopped: {rsi.stop_message(layout.controller, c.stop)}"
     to.print(f"{text}.", soft_wrap=True, markup=False)
     rows = timing_rows(period=link.period, answer=link.answer)
