@@ -120,6 +120,20 @@ TEST_CASE("the first answer moves nothing, and the first command is where the ar
   CHECK(job.controller().correction().tool().translation().norm() < 1e-4);  // noise of the encoders
 }
 
+TEST_CASE("every controller scans the bin through its telegrams") {
+  const rsi::Controller controller = GENERATE(rsi::Controller::Krc2, rsi::Controller::Krc4Rsi3, rsi::Controller::Krc4,
+                                              rsi::Controller::Krc5, rsi::Controller::Iiqka);
+  Begun b(822);
+  b.linked = work::linked_options(b.options, b.cell.believed(), controller);
+  job::Journal journal(new_journal("controllers"), "test");
+  work::LockstepJob job(b.cell, b.options, b.linked, journal);
+  INFO(name_of(controller));
+  until(job, job::Phase::Pick);
+  const work::LinkedRun run = job.result();
+  CHECK((run.link.limited == 0 && run.link.refused == 0 && run.link.lost == 0));
+  CHECK(run.controller.controller.missing == 0);
+}
+
 TEST_CASE("a link that loses answers for longer than the controller bears stops arm and job") {
   Begun b(815);
   b.linked.emulator.answer_faults.timed = {{.fault = rsi::LinkFault::Lose, .time = 2.0, .count = 100000}};

@@ -14,9 +14,9 @@
 namespace kr5::work {
 namespace {
 
-constexpr int answers_missed = 10;     // in succession; the schema of KUKA's signal flow has as many
-constexpr double longest = 1.9;        // a correction that a controller takes [m]
-constexpr double other_network = 0.5;  // silence after which a session is over [s]
+constexpr int answers_missed = 10;       // in succession; the schema of KUKA's signal flow has as many
+constexpr double longest = 1.9;          // a correction that a controller takes [m]
+constexpr double longest_silence = 0.5;  // silence after which a session is over [s]
 
 /// All places that the tool goes to.
 Eigen::AlignedBox3d places(const WorkOptions& o) {
@@ -69,7 +69,7 @@ LinkedOptions linked_options(const WorkOptions& options, const cell::Cell& belie
   out.layout.current_units.assign(6, 1.0);
   out.link.listen = out.layout.address;
   out.link.cycle = cycle;
-  out.link.silence = other_network;
+  out.link.silence = longest_silence;
   out.link.limits.translation = led(motion.speed, motion.acceleration, places(options).sizes().maxCoeff(), lead, cycle);
   require(out.link.limits.translation.total < longest,
           "job.places: the tool goes farther than a correction may be, 1.9 m; move bin, stand and tube together, or "
