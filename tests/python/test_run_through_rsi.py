@@ -56,7 +56,8 @@ def test_a_job_in_lock_step_is_stopped_at_the_controller(given, tmp_path):
     lockstep.controller.emergency_stop()
     done = lockstep.run()
     assert done.job.state.stop == job.StopReason.Robot
-    assert done.link.answered == done.controller.controller.answered + done.controller.controller.unasked
+    judged = done.controller.controller.answered + done.controller.controller.unasked
+    assert done.link.answered - judged in (0, 1)  # the last one is judged in a cycle that is not made any more
     assert len(done.job.rows) > 50
 
 

@@ -18,7 +18,7 @@ from kr5_tools.work.remedies import words
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rich.console import Console
+    from kr5_tools.cli.terminal import Console
 
 PAUSE = 0.002  # [s] between two looks at what the job asks for
 FAULT_COLUMNS = [
