@@ -27,9 +27,10 @@ struct Begun {
     options.job.pellets = 1;
     linked = work::linked_options(options, cell.believed());
     linked.layout.port = test::free_port(SOCK_DGRAM);
-    linked.emulator.controller.rules.max_late = 100;
-    linked.link.silence = 3.0;
-    options.job.stop.silence = 2.0;
+    linked.emulator.controller.rules.max_late = 2000;
+    linked.link.silence = 20.0;
+    options.job.stop.silence = 20.0;
+    options.job.record_time = 20.0;
     work::place_over_bin(cell, options);
   }
   sim::WorkCell cell;
