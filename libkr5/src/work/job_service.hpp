@@ -14,11 +14,6 @@ namespace kr5::work {
 /// Time for which a link goes on after its job: the last commands still lead, and a stop must reach the controller [s].
 inline constexpr double lead_rest = 0.5;
 
-/// Whether a job can go on.
-inline bool can_go_on(const job::RestartDecision& decision) noexcept {
-  return decision.status == job::RestartStatus::Fresh || decision.status == job::RestartStatus::Continue;
-}
-
 /// What the rest of a program does for the cycle of a job: it keeps the rows, and looks at what is asked for.
 class JobService {
  public:

@@ -9,7 +9,7 @@
 #include <kr5/core/error.hpp>
 #include <kr5/job/journal_writer.hpp>
 
-#include "work/job_service.hpp"
+#include "work/job_program.hpp"
 
 namespace kr5::work {
 namespace {
@@ -19,17 +19,12 @@ constexpr int pauses_between_words = 300;
 
 }  // namespace
 
-struct LinkedJob::Program {
+struct LinkedJob::Program : JobProgram {
   Program(sim::WorkCell& given, const WorkOptions& options, const LinkedOptions& linked, job::Journal& to,
-          job::RestartMeasurements seen, rsi::ExchangeFunction observe)
-      : cell(given), journal(to), service(cell, options) {
-    options.validate();
+          const job::RestartMeasurements& seen, rsi::ExchangeFunction observe)
+      : JobProgram(given, options, to) {
     linked.validate();
-    ring.begin_after(journal.last_number());
-    seen.reading = cell.read();
-    decision = job::decide_restart(journal.belief(), seen, restart_options(options));
-    if (!can_go_on(decision)) return;
-    cycle.emplace(options, decision, cell.believed(), ring);
+    if (!begin(options, seen)) return;
     writer.emplace(ring, journal);
     const robot::SensorModel model = cell::sensor_model(cell.believed());
     link.emplace(
@@ -37,19 +32,12 @@ struct LinkedJob::Program {
         [this](const robot::RobotReading& reading) noexcept { return cycle->step(reading); }, std::move(observe));
     emulator.emplace(linked.layout, model, linked.emulator, cell);
   }
-  Program(const Program&) = delete;
 
   void serve();
   bool lost_link();
   void rest();
   void end();
 
-  SharedCell cell;
-  job::Journal& journal;
-  JobService service;
-  job::RecordRing ring;
-  job::RestartDecision decision;
-  std::optional<JobCycle> cycle;
   std::optional<job::JournalWriter> writer;
   std::optional<rsi::Link> link;
   std::optional<rsi::Emulator> emulator;
@@ -104,10 +92,10 @@ LinkedJob::LinkedJob(LinkedJob&&) noexcept = default;
 
 const job::RestartDecision& LinkedJob::decision() const noexcept { return program_->decision; }
 bool LinkedJob::runs() const noexcept { return program_->cycle.has_value(); }
-bool LinkedJob::finished() const noexcept { return !runs() || program_->cycle->finished(); }
+bool LinkedJob::finished() const noexcept { return program_->finished(); }
 
 const job::JobState& LinkedJob::state() const {
-  require(runs(), "job: it cannot go on: " + std::string(name_of(decision().status)));
+  program_->require_cycle();
   return program_->service.state();
 }
 
@@ -125,8 +113,7 @@ LinkedRun LinkedJob::run(const JobProgress& progress) {
 
 LinkedRun LinkedJob::end() {
   program_->end();
-  return {program_->service.result(decision(), program_->cycle, program_->journal), program_->link_seen,
-          program_->controller_seen};
+  return {program_->result(), program_->link_seen, program_->controller_seen};
 }
 
 void LinkedJob::stop_by_operator() noexcept {

@@ -3,13 +3,10 @@
 
 #include <cmath>
 #include <optional>
-#include <string>
 
 #include <kr5/cell/sensor_model.hpp>
-#include <kr5/core/error.hpp>
-#include <kr5/job/journal_writer.hpp>
 
-#include "work/job_service.hpp"
+#include "work/job_program.hpp"
 
 namespace kr5::work {
 namespace {
@@ -19,57 +16,37 @@ constexpr double in_second = 1e9;  // [ns]
 
 }  // namespace
 
-struct LockstepJob::Program {
+struct LockstepJob::Program : JobProgram {
   Program(sim::WorkCell& given, const WorkOptions& options, const LinkedOptions& with, job::Journal& to,
-          job::RestartMeasurements seen, Observer look)
-      : cell(given),
-        linked((options.validate(), with.validate(), with)),
-        journal(to),
+          const job::RestartMeasurements& seen, Observer look)
+      : JobProgram(given, options, to),
+        linked((with.validate(), with)),
         observe(std::move(look)),
-        service(cell, options),
         model(cell::sensor_model(given.believed())),
         telegrams(linked.emulator.telegram_faults),
         answers(linked.emulator.answer_faults),
         controller(linked.layout, model, linked.emulator.controller, cell) {
-    ring.begin_after(journal.last_number());
-    seen.reading = cell.read();
-    decision = job::decide_restart(journal.belief(), seen, restart_options(options));
-    if (!can_go_on(decision)) return;
-    cycle.emplace(options, decision, cell.believed(), ring);
+    if (!begin(options, seen)) return;
     session.emplace(linked.layout, model, linked.link,
                     [this](const robot::RobotReading& reading) noexcept { return cycle->step(reading); });
   }
-  Program(const Program&) = delete;
 
   void step();
   void exchange(std::string_view telegram);
   void hear(double until, double since);
   void notice_silence();
-  void write();
   double period() const { return linked.link.cycle; }
 
-  SharedCell cell;
   LinkedOptions linked;
-  job::Journal& journal;
   Observer observe;
-  JobService service;
   robot::SensorModel model;
   rsi::FaultyWay telegrams, answers;
   rsi::EmulatedController controller;
-  job::RecordRing ring;
-  job::RestartDecision decision;
-  std::optional<JobCycle> cycle;
   std::optional<rsi::LinkSession> session;
   std::uint64_t cycles = 0;
   double time = 0.0, heard = 0.0, clock_ahead = 0.0;  ///< [s]
   bool over = false;                                  ///< The job has lost its link.
 };
-
-void LockstepJob::Program::write() {
-  std::string problem;
-  job::write_records(ring, journal, problem);
-  if (!problem.empty()) throw IoError(problem);
-}
 
 /// Answers that have come by a time, some time after the last telegram [s].
 void LockstepJob::Program::hear(double until, double since) {
@@ -117,10 +94,10 @@ LockstepJob::LockstepJob(LockstepJob&&) noexcept = default;
 
 const job::RestartDecision& LockstepJob::decision() const noexcept { return program_->decision; }
 bool LockstepJob::runs() const noexcept { return program_->cycle.has_value(); }
-bool LockstepJob::finished() const noexcept { return !runs() || program_->cycle->finished(); }
+bool LockstepJob::finished() const noexcept { return program_->finished(); }
 
 const job::JobState& LockstepJob::state() const {
-  require(runs(), "job: it cannot go on: " + std::string(name_of(decision().status)));
+  program_->require_cycle();
   return program_->cycle->state();
 }
 
@@ -139,7 +116,7 @@ LinkedRun LockstepJob::run(const JobProgress& progress) {
 
 LinkedRun LockstepJob::result() const {
   LinkedRun out;
-  out.job = program_->service.result(decision(), program_->cycle, program_->journal);
+  out.job = program_->result();
   if (runs()) out.link = program_->session->statistics();
   out.controller.controller = program_->controller.statistics();
   out.controller.telegram_faults = program_->telegrams.counts();

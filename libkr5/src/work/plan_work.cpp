@@ -7,9 +7,10 @@
 
 #include <Eigen/Eigenvalues>
 
-#include <kr5/kinematics/inverse.hpp>
 #include <kr5/physics/camera.hpp>
 #include <kr5/vision/find_hole.hpp>
+
+#include "work/reach.hpp"
 
 namespace kr5::work {
 namespace {
@@ -19,33 +20,12 @@ using Eigen::Vector3d;
 using picking::GripperAction;
 
 /// Whether the arm reaches all poses that a pick needs.
-class Reach {
- public:
-  explicit Reach(const cell::Cell& believed)
-      : chain_(cell::nominal_chain(believed)), T_tool_flange_(believed.tool->T_flange_tool.inverse()) {
-    if (believed.robot.limits) {
-      options_.lower = believed.robot.limits->lower;
-      options_.upper = believed.robot.limits->upper;
-    }
-    options_.near = Eigen::VectorXd::Zero(believed.robot.joints());
-  }
-  bool of(const Pose& T_base_tool) const {
-    const auto found = kinematics::inverse_kinematics(chain_, T_base_tool * T_tool_flange_, options_);
-    for (const kinematics::Posture& posture : found.postures)
-      if (posture.usable()) return true;
-    return false;
-  }
-  bool of(const job::PlannedPick& pick) const {
-    bool out = of(pick.T_base_grasp);
-    for (int k = 0; out && k < pick.visits; ++k) out = of(pick.visit(k).T_base_put) && of(pick.visit(k).T_base_take);
-    return out;
-  }
-
- private:
-  kinematics::DhChain chain_;
-  Pose T_tool_flange_;
-  kinematics::InverseOptions options_;
-};
+bool reaches(const Reach& reach, const job::PlannedPick& pick) {
+  bool out = reach.of(pick.T_base_grasp);
+  for (int k = 0; out && k < pick.visits; ++k)
+    out = reach.of(pick.visit(k).T_base_put) && reach.of(pick.visit(k).T_base_take);
+  return out;
+}
 
 /// Poses of the steps in which a gripper lets go or takes hold, as visits of the stand.
 job::PlannedPick pick_of(const Pose& T_base_grasp, const picking::HandlingPlan& plan) {
@@ -97,7 +77,7 @@ job::ScanResult plan_work(const picking::Cloud& cloud, const cell::Cell& believe
     const picking::HeldPellet held = picking::hold(pellet, T_base_tool, options.regrip.grip_covariance);
     for (int k = 0; k < turns; ++k) {
       const auto pick = plan_at(held, grasp, 2 * std::numbers::pi * k / turns, options);
-      if (!pick || !reach.of(*pick)) continue;
+      if (!pick || !reaches(reach, *pick)) continue;
       out.add(*pick);
       break;
     }

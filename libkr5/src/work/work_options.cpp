@@ -6,8 +6,9 @@
 #include <numbers>
 
 #include <kr5/core/error.hpp>
-#include <kr5/kinematics/inverse.hpp>
 #include <kr5/sim/insertion_options.hpp>
+
+#include "work/reach.hpp"
 
 namespace kr5::work {
 namespace {
@@ -26,18 +27,6 @@ Pose upside_down(const Vector3d& place) {
   return Translation3d(place) * Pose(Eigen::AngleAxisd(std::numbers::pi, Vector3d::UnitX()));
 }
 
-bool reaches(const cell::Cell& believed, const Pose& T_base_tool) {
-  kinematics::InverseOptions search;
-  if (believed.robot.limits) {
-    search.lower = believed.robot.limits->lower;
-    search.upper = believed.robot.limits->upper;
-  }
-  search.near = Eigen::VectorXd::Zero(believed.robot.joints());
-  const auto found = kinematics::inverse_kinematics(cell::nominal_chain(believed),
-                                                    T_base_tool * believed.tool->T_flange_tool.inverse(), search);
-  return std::any_of(found.postures.begin(), found.postures.end(), [](const auto& p) { return p.usable(); });
-}
-
 /// Ends of a pass along Y of the bin with the middle of the scanner's range on the floor, and of one with the scanner
 /// turned by half a turn, whose receiver looks behind the walls that hide something from it otherwise.
 void set_scan(job::JobPlaces& places, const sim::WorkCell& cell) {
@@ -51,7 +40,8 @@ void set_scan(job::JobPlaces& places, const sim::WorkCell& cell) {
   places.T_base_scan = tool_at(-reach, 0.0);
   places.T_base_scan_end = tool_at(reach, 0.0);
   const Pose begin = tool_at(reach, std::numbers::pi), end = tool_at(-reach, std::numbers::pi);
-  if (!reaches(cell.believed(), begin) || !reaches(cell.believed(), end)) return;
+  const Reach arm(cell.believed());
+  if (!arm.of(begin) || !arm.of(end)) return;
   places.T_base_rescan = begin;
   places.T_base_rescan_end = end;
 }
