@@ -28,15 +28,21 @@ static void bind_parts(py::module_& m) {
   m.attr("Link") = py::type::of<Link>();
   bind_struct<Limits>(m, "Limits", "Limits of the joints.");
   bind_struct<Gears>(m, "Gears", "Gears between motors and links.");
+  bind_struct<ControllerAxes>(m, "ControllerAxes", "How the robot's controller counts the joints.")
+      .def("axes", &ControllerAxes::axes, py::arg("q"), "Values of the controller's axes, of joint values [rad or m].")
+      .def("joints", &ControllerAxes::joints, py::arg("axes"), "Joint values, of the controller's axes [rad or m].");
   bind_struct<Robot>(m, "Robot", "Robot arm.").def_property_readonly("joints", &Robot::joints, "Number of joints.");
   bind_struct<Friction>(m, "Friction", "Friction on the joint side.");
   bind_struct<Drives>(m, "Drives", "Motors and gears.");
   bind_struct<SecondOrder>(
       m, "SecondOrder", "Second-order servo: x'' = wn^2 (u - x) - 2 xi wn x', where u is the command `delay` earlier.");
+  bind_enum<CommandHold>(m, "CommandHold", "Command between its stamps.");
+  bind_struct<TorqueServo>(m, "TorqueServo", "Servo that turns the error of a joint into a torque.");
   bind_enum<CorrectionMode>(m, "CorrectionMode", "Reference of a path correction.");
   bind_struct<Correction>(m, "Correction", "Path correction of a controller.");
   bind_struct<Servo>(m, "Servo", "Servo of the axes and of the path correction.")
-      .def("of_joint", &Servo::of_joint, py::arg("index"), "Servo of a joint, counted from 0.");
+      .def("of_joint", &Servo::of_joint, py::arg("index"), "Servo of a joint, counted from 0.")
+      .def("torque_of", &Servo::torque_of, py::arg("index"), "Torque servo of a joint, counted from 0.");
   bind_struct<Tool>(m, "Tool", "Tool on the flange.").def("inertia_matrix", &Tool::inertia_matrix, "3x3 [kg m^2].");
   bind_struct<Peg>(m, "Peg", "Peg that is inserted.");
   bind_struct<Tube>(m, "Tube", "Tube that receives the peg.");

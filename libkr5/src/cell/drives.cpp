@@ -12,7 +12,8 @@ using io::Node;
 using io::Reader;
 
 /// `{natural_frequency: [45, 50], damping_ratio: 0.8, delay: 0.0}`: a number holds for every joint.
-bool read_columns(Reader& reader, const Node& node, const std::string& field, std::vector<SecondOrder>& joints) {
+template <typename Loop>
+bool read_columns(Reader& reader, const Node& node, const std::string& field, std::vector<Loop>& joints) {
   std::size_t count = 1;
   for (const auto& [key, entry] : node.entries)
     if (entry.kind == Node::Kind::Sequence) count = std::max(count, entry.items.size());
@@ -39,18 +40,30 @@ Drives unit_drives(int joints) {
 }
 
 bool Servo::from_node(Reader& reader, const Node& node, const std::string& field) {
-  const Node* entry = node.find("joint");
-  if (!entry || entry->kind != Node::Kind::Map) return reader.read_fields(node, field, *this);
   Node rest = node;
-  std::erase_if(rest.entries, [](const auto& e) { return e.first == "joint"; });
-  const bool good = reader.read_fields(rest, field, *this);
-  return read_columns(reader, *entry, Reader::join(field, "joint"), joint) && good;
+  bool good = true;
+  const auto take_columns = [&](const char* key, auto& loops) {
+    const Node* entry = node.find(key);
+    if (!entry || entry->kind != Node::Kind::Map) return;
+    std::erase_if(rest.entries, [&](const auto& e) { return e.first == key; });
+    good = read_columns(reader, *entry, Reader::join(field, key), loops) && good;
+  };
+  std::vector<SecondOrder> of_joints;
+  std::vector<TorqueServo> of_torques;
+  take_columns("joint", of_joints);
+  take_columns("torque", of_torques);
+  good = reader.read_fields(rest, field, *this) && good;
+  if (!of_joints.empty()) joint = std::move(of_joints);
+  if (!of_torques.empty()) torque = std::move(of_torques);
+  return good;
 }
 
 Node Servo::to_node() const {
   Node node = io::detail::short_map(*this);
-  for (auto& [key, entry] : node.entries)
+  for (auto& [key, entry] : node.entries) {
     if (key == "joint" && joint.size() == 1) entry = io::to_short_node(joint[0]);
+    if (key == "torque" && torque.size() == 1) entry = io::to_short_node(torque[0]);
+  }
   return node;
 }
 

@@ -49,6 +49,9 @@ struct Cell {
   /// Whether validate() finds none.
   bool valid() const;
 
+  /// Whether its joints have torque servos, so that commands move it forward.
+  bool has_torque_servos() const { return servo && !servo->torque.empty(); }
+
   /// The document the cell was read from, so that it is written back in that form. No part of what the cell is.
   std::shared_ptr<const io::Node> source;
 

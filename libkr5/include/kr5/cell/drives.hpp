@@ -60,6 +60,46 @@ struct SecondOrder {
   }
 };
 
+/// How a command runs from one step to the next.
+enum class CommandHold {
+  ZeroOrderHold,   ///< The command of a step holds over the whole of it.
+  FirstOrderHold,  ///< It runs straight from that of the step before.
+};
+constexpr auto enum_names(CommandHold) {
+  return names<CommandHold>({{CommandHold::ZeroOrderHold, "held"}, {CommandHold::FirstOrderHold, "straight"}});
+}
+
+/// Servo that turns the error of a joint into a torque, as hobby and research servos and the actuators of simulators
+/// do: torque = stiffness e + integral (integral of e) + feed_forward du/dt - damping qd, with e the command `delay`
+/// earlier less the position, outside the dead band. The torque is limited, and by the supply voltage the more the
+/// faster the joint turns: from -stall_torque (1 + qd / no_load_speed) to stall_torque (1 - qd / no_load_speed).
+struct TorqueServo {
+  double stiffness = 0.0;               ///< [N m/rad or N/m]
+  double damping = 0.0;                 ///< [N m s/rad or N s/m]
+  double integral = 0.0;                ///< [N m/(rad s) or N/(m s)]
+  double feed_forward = 0.0;            ///< On the speed of the command [N m s/rad or N s/m].
+  double dead_band = 0.0;               ///< Greatest error without torque [rad or m].
+  std::optional<double> torque_limit;   ///< [N m or N]
+  std::optional<double> stall_torque;   ///< At full supply voltage [N m or N].
+  std::optional<double> no_load_speed;  ///< At full supply voltage [rad/s or m/s].
+  double delay = 0.0;                   ///< [s]
+  CommandHold hold = CommandHold::ZeroOrderHold;
+
+  static constexpr std::array<std::string_view, 2> required = {"stiffness", "damping"};
+  static void each_field(auto& self, auto&& visit) {
+    visit("stiffness", self.stiffness, "Torque over the error of the position [N m/rad or N/m].");
+    visit("damping", self.damping, "Torque over the speed, against it [N m s/rad or N s/m].");
+    visit("integral", self.integral, "Torque over the integral of the error [N m/(rad s) or N/(m s)].");
+    visit("feed_forward", self.feed_forward, "Torque over the speed of the command [N m s/rad or N s/m].");
+    visit("dead_band", self.dead_band, "Greatest error of the position without torque [rad or m].");
+    visit("torque_limit", self.torque_limit, "Maximum torque; absent: without limit [N m or N].");
+    visit("stall_torque", self.stall_torque, "Torque at standstill under full supply voltage [N m or N].");
+    visit("no_load_speed", self.no_load_speed, "Speed without torque under full supply voltage [rad/s or m/s].");
+    visit("delay", self.delay, "Delay from the command to its effect [s].");
+    visit("hold", self.hold, "Command between its stamps: held | straight.");
+  }
+};
+
 /// What a path correction is counted from.
 enum class CorrectionMode {
   Absolute,  ///< The start of the path: the whole correction is given anew each cycle.
@@ -88,6 +128,7 @@ struct Correction {
 struct Servo {
   double cycle = 0.0;               ///< [s]
   std::vector<SecondOrder> joint;   ///< One for all joints, or one a joint.
+  std::vector<TorqueServo> torque;  ///< In place of `joint`: one for all joints, or one a joint.
   std::optional<SecondOrder> tool;  ///< Path correction.
   std::optional<Correction> correction;
 
@@ -96,7 +137,12 @@ struct Servo {
     return joint.at(joint.size() == 1 ? 0 : static_cast<std::size_t>(index));
   }
 
-  /// In a file `joint` is one map for all joints, a list of maps, or a map whose values are lists.
+  /// The torque servo of joint `index` (from 0).
+  const TorqueServo& torque_of(int index) const {
+    return torque.at(torque.size() == 1 ? 0 : static_cast<std::size_t>(index));
+  }
+
+  /// In a file `joint` and `torque` are one map for all joints, a list of maps, or a map whose values are lists.
   bool from_node(io::Reader& reader, const io::Node& node, const std::string& field);
   io::Node to_node() const;
 
@@ -104,6 +150,9 @@ struct Servo {
   static void each_field(auto& self, auto&& visit) {
     visit("cycle", self.cycle, "Cycle time of the controller [s].");
     visit("joint", self.joint, "Joint servo: one for all joints, or one per joint; empty when unknown.");
+    visit(
+        "torque", self.torque,
+        "Torque servo, in place of the joint servo: one for all joints, or one per joint; empty where there is none.");
     visit("tool", self.tool, "Servo of the path correction.");
     visit("correction", self.correction, "Mode and limits of the path correction; absent: absolute, without limits.");
   }

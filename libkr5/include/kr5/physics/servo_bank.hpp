@@ -9,11 +9,7 @@
 
 namespace kr5::physics {
 
-/// How a command runs from one step to the next.
-enum class CommandHold {
-  ZeroOrderHold,   ///< The command of a step holds over the whole of it.
-  FirstOrderHold,  ///< It runs straight from that of the step before.
-};
+using cell::CommandHold;
 
 /// Exact steps of x'' = wn^2 (u - x) - 2 xi wn x' for several axes; delays are the caller's.
 class ServoBank {

@@ -56,7 +56,7 @@ std::string shown(const Node* node) {
 
 std::string FieldPath::text() const {
   const std::string name(list_);
-  return index_ < 0 ? name : item(name, index_) + std::string(rest_);
+  return (index_ < 0 ? name : item(name, index_)) + std::string(rest_);
 }
 
 void DiagnosticCollector::add(const std::string& field, const std::string& expected, std::string found) {

@@ -116,6 +116,10 @@ void check_rest(const Cell& cell, DiagnosticCollector& c) {
           servo->joint[i].delay <= long_delay,
           (servo->joint.size() == 1 ? "servo.joint" : item("servo.joint", static_cast<Eigen::Index>(i))) + ".delay",
           "a delay in seconds; is it in milliseconds?");
+    for (std::size_t i = 0; i < servo->torque.size(); ++i)
+      c.expect(servo->torque[i].delay <= long_delay,
+               {"servo.torque", servo->torque.size() == 1 ? -1 : static_cast<Eigen::Index>(i), ".delay"},
+               "a delay in seconds; is it in milliseconds?");
     if (servo->tool)
       c.expect(servo->tool->delay <= long_delay, "servo.tool.delay", "a delay in seconds; is it in milliseconds?");
   }

@@ -94,12 +94,38 @@ void check_servo_loop(DiagnosticCollector& c, const std::string& field, Eigen::I
   expect(s.delay >= 0, ".delay", "a delay, not negative [s]");
 }
 
+void check_torque_servo(DiagnosticCollector& c, const FieldPath& field, const TorqueServo& s) {
+  const auto expect = [&](bool good, const char* name, const char* expected) {
+    if (!good) c.add(field.text() + name, expected);
+  };
+  expect(s.stiffness >= 0, ".stiffness", "a stiffness, not negative [N m/rad or N/m]");
+  expect(s.damping >= 0, ".damping", "a damping, not negative [N m s/rad or N s/m]");
+  expect(s.integral >= 0, ".integral", "a gain, not negative [N m/(rad s) or N/(m s)]");
+  expect(s.dead_band >= 0, ".dead_band", "an error of the position, not negative [rad or m]");
+  expect(s.torque_limit.value_or(1.0) > 1e-9, ".torque_limit", "a positive torque or force [N m or N]");
+  expect(s.stall_torque.value_or(1.0) > 1e-9, ".stall_torque", "a positive torque or force [N m or N]");
+  expect(s.no_load_speed.value_or(1.0) > 1e-6, ".no_load_speed", "a positive speed [rad/s or m/s]");
+  expect(s.stall_torque.has_value() == s.no_load_speed.has_value(), ".no_load_speed",
+         "stall_torque and no_load_speed together, or none of them");
+  expect(s.delay >= 0, ".delay", "a delay, not negative [s]");
+}
+
+void check_controller_axes(const Cell& cell, DiagnosticCollector& c) {
+  if (!cell.robot.controller_axes) return;
+  const Eigen::VectorXd& sign = cell.robot.controller_axes->sign;
+  for (Eigen::Index i = 0; i < sign.size(); ++i)
+    c.expect(std::abs(sign[i]) == 1.0, {"robot.controller_axes.sign", i}, "1 or -1", lazy(sign[i]));
+}
+
 void check_servo(const Cell& cell, DiagnosticCollector& c) {
   if (!cell.servo) return;
   const Servo& servo = *cell.servo;
   c.expect(servo.cycle >= 1e-5, "servo.cycle", "a period of at least 1e-5 s");
   for (std::size_t i = 0; i < servo.joint.size(); ++i)
     check_servo_loop(c, "servo.joint", servo.joint.size() == 1 ? -1 : static_cast<Eigen::Index>(i), servo.joint[i]);
+  for (std::size_t i = 0; i < servo.torque.size(); ++i)
+    check_torque_servo(c, {"servo.torque", servo.torque.size() == 1 ? -1 : static_cast<Eigen::Index>(i)},
+                       servo.torque[i]);
   if (servo.tool) check_servo_loop(c, "servo.tool", -1, *servo.tool);
   if (!servo.correction) return;
   c.expect(servo.correction->per_cycle.value_or(1.0) > 1e-9, "servo.correction.per_cycle", "a positive length [m]");
@@ -197,6 +223,7 @@ void check_values(const Cell& cell, DiagnosticCollector& c) {
   check_limits(cell, c);
   check_drives(cell, c);
   check_servo(cell, c);
+  check_controller_axes(cell, c);
   check_sensors(cell, c);
   check_task(cell, c);
   check_bounds(cell, c);
