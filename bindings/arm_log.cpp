@@ -69,6 +69,10 @@ void bind_motions(py::module_& m) {
         py::arg("most") = 0, "Rows, from 0, that an experiment keeps of a log; most: limit of their number, 0: none.");
   m.attr("MOST_ROWS") = most_experiment_rows;
   m.attr("SMOOTHING_MARGIN") = smoothing_margin;
+  m.def(
+      "settle_time", &settle_time, py::arg("cell"), py::arg("q"),
+      "Time after which the servos of a cell have forgotten how a motion that starts at q [rad or m] began; 0 without "
+      "servos of the joints [s].");
   bind_struct<LoggedMotion>(m, "LoggedMotion", "Logged motion, as far as its split depends on it.");
   bind_enum<CutReason>(m, "CutReason", "Why a log was cut where it was.");
   bind_struct<MotionSpan>(m, "MotionSpan", "Experiment of a log.");

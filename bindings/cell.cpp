@@ -138,6 +138,8 @@ static void bind_effects(py::module_& m) {
 
 static void bind_cell_itself(py::module_& m) {
   bind_struct<Cell>(m, "Cell", "Nominal model of a robot cell with its active effects (kr5-cell/1).")
+      .def_property_readonly("has_torque_servos", &Cell::has_torque_servos,
+                             "Whether its joints have torque servos, so that commands move it forward.")
       .def(
           "flange", [](const Cell& self, const Eigen::VectorXd& q) { return nominal_chain(self).flange(q); },
           py::arg("q"), "T_base_flange of the nominal arm for joint values q [rad or m].")

@@ -196,6 +196,49 @@ def test_what_a_cell_cannot_hold_of_an_mjcf_is_noted(mujoco, tmp_path):
         assert words in notes
 
 
+SERVOS = """<mujoco model="m"><compiler angle="radian"/><option timestep="0.005"/>
+  <default><default class="stiff"><position kp="40" kv="3" forcerange="-9 9"/></default></default>
+  <worldbody><body name="b1"><joint name="j1" axis="0 0 1"/><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>
+    <geom type="mesh" mesh="cover" contype="0" conaffinity="0"/>
+    <body name="b2" pos="1 0 0"><joint name="j2" axis="0 1 0" actuatorfrcrange="-7 7"/>
+      <inertial pos="0.2 0 0" mass="1" diaginertia="1 1 1"/></body></body></worldbody>
+  <asset><mesh name="cover" file="nowhere/cover.stl"/></asset>
+  <actuator>
+    <position name="a1" joint="j1" class="stiff"/>
+    <general name="a2" joint="j2" gear="2" gainprm="10" biastype="affine" biasprm="0 -10 -0.5"/>
+  </actuator>
+</mujoco>
+"""
+
+
+def test_position_actuators_are_the_torque_servos_of_a_cell(mujoco, tmp_path):
+    found = read_model(save(tmp_path, SERVOS))
+    assert found.cell.has_torque_servos and found.cell.servo.cycle == 0.005
+    one, two = found.cell.servo.torque
+    assert (one.stiffness, one.damping, one.torque_limit) == (40, 3, 9)
+    assert (two.stiffness, two.damping, two.torque_limit) == (40, 2, 7)  # of the joint, behind a gear of 2
+    assert any("divide them by the gear" in note and "a2" in note for note in found.notes)
+
+
+def test_a_damping_ratio_is_the_damping_that_mujoco_makes_of_it(mujoco, tmp_path):
+    text = SERVOS.replace('kp="40" kv="3"', 'kp="40" dampratio="0.7"')
+    servo = read_model(save(tmp_path, text)).cell.servo.torque_of(0)
+    assert servo.stiffness == 40
+    assert 0 < servo.damping < 2 * np.sqrt(40 * 3)
+
+
+def test_actuators_that_are_no_position_servos_are_noted(mujoco, tmp_path):
+    found = read_model(save(tmp_path, SERVOS.replace('class="stiff"', 'kp="0"').replace('biastype="affine" ', "")))
+    assert found.cell.servo is None
+    assert any("j1, j2 have no position servo" in note for note in found.notes)
+
+
+def test_a_mesh_that_gives_a_mass_must_be_there(mujoco, tmp_path):
+    inertial = '<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>'
+    with pytest.raises(kr5.IoError, match="mass"):
+        read_model(save(tmp_path, SERVOS.replace(inertial, "")))
+
+
 def test_objects_that_float_beside_an_arm_are_no_branches(mujoco, tmp_path):
     text = two_joints().replace("<worldbody>", "<worldbody>" + body("<freejoint/>", "box", "1 0 0"))
     assert read_model(save(tmp_path, text)).joints == ["j1", "j2"]

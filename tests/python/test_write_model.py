@@ -524,3 +524,48 @@ def test_the_command_tells_what_is_held_and_lost(run_kr5, arc, tmp_path):
     other = run_kr5("cell", "export", "tuned.yaml", "--tip", "flange", "-o", "other.urdf")
     assert other.returncode == 2 and "only with --original" in other.stderr
     assert not (tmp_path / "other.urdf").exists()
+
+
+SERVOS = TEXT.replace(
+    '<actuator><position name="servo" joint="j1" kp="100"/></actuator>',
+    '<actuator><position name="s1" joint="j1" kp="100" dampratio="1"/>'
+    '<position name="s2" joint="j2" kp="50"/></actuator>',
+)
+
+
+def with_servos(cell):
+    servo = cell.servo
+    torque = list(servo.torque)
+    torque[0].stiffness, torque[0].damping, torque[1].torque_limit = 70.0, 4.0, 12.0
+    servo.torque = torque
+    cell.servo = servo
+    return cell
+
+
+@pytest.mark.parametrize("original", [True, False])
+def test_torque_servos_are_the_actuators_of_an_mjcf(mujoco, tmp_path, original):
+    file, out = tmp_path / "two.xml", tmp_path / "tuned.xml"
+    file.write_text(SERVOS)
+    cell = with_servos(read_model(file).cell)
+    written = write_model(cell, out, file if original else None)
+    if original:
+        assert written.changes == ["actuator s1: kp, kv", "actuator s2: limit"]
+    again = read_model(out).cell
+    for k in range(2):
+        was, now = cell.servo.torque_of(k), again.servo.torque_of(k)
+        assert (now.stiffness, now.damping) == (was.stiffness, was.damping)
+    assert again.servo.torque_of(1).torque_limit == 12.0
+    assert not any("servo" in note for note in written.notes)
+
+
+def test_what_an_actuator_has_no_place_for_is_noted(mujoco, tmp_path):
+    file, out = tmp_path / "two.xml", tmp_path / "tuned.xml"
+    file.write_text(SERVOS)
+    cell = read_model(file).cell
+    servo = cell.servo
+    torque = list(servo.torque)
+    torque[0].delay, torque[0].dead_band = 0.03, 0.01
+    servo.torque = torque
+    cell.servo = servo
+    notes = write_model(cell, out, file).notes
+    assert any("no place for these parts of a servo: dead_band, delay" in note for note in notes)

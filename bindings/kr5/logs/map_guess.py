@@ -198,7 +198,7 @@ def _motion_columns(
     loads = [f for name in LOADS if (f := found.first(name))]
     load = next((f for f in loads if "from" in given.columns.get(f.name, {})), loads[0] if loads else None)
     commands = given.columns.get("qc", {}).get("from")
-    simulates = commands != "measured" and (commands is not None or bool(cell.servo and cell.servo.joint))
+    simulates = commands != "measured" and (commands is not None or _has_servos(cell))
     wrench = _filled(wrench_columns(log), log, out)
     if not any("from" in given.columns.get(name, {}) for name in LOADS):  # a column that is misspelt is named later
         _report_partial_loads(part, given, out, needed=not (loads or wrench or (simulates and qc and q)))
@@ -293,13 +293,16 @@ def _use_measured(
         why = "as stated"
     elif q is not None:
         why = (
-            "the model has no joint servo, so that commands cannot be simulated"
+            "the model states no servo of the joints (servo.joint, servo.torque), so that commands cannot be simulated"
             if qc
             else "no column looks like commands"
         )
     elif qc is not None:
         _add_joints(columns, replace(qc, name="q"), part.log, cell, given, out, where)
-        why = "only commands were logged and the model has no joint servo: they stand for what was measured"
+        why = (
+            "only commands were logged and the model states no servo of the joints (servo.joint, servo.torque): they"
+            " stand for what was measured"
+        )
     else:
         raise kr5.FileError(
             part.log.file,
@@ -406,7 +409,7 @@ def _raw_part(part: LogPart, columns: dict[str, Any], given: GivenEntries, cell:
     stated = given.clock.get("max_gap")
     max_gap = float(stated) if isinstance(stated, (int, float)) else None  # the reader of maps refuses others
     commands = _commands_at(t, part, columns["qc"], cell, clock) if commanded and name == "q" else None
-    settle = _settle_time(cell)
+    settle = arm_log.settle_time(cell, q[0])
     return RawPart("motion", log.file, t, q, commands, commanded=commanded, settle=settle, max_gap=max_gap)
 
 
@@ -435,8 +438,6 @@ def _in_time(log: Log, column: str, clock: GuessedClock) -> tuple[np.ndarray, np
     return clock.seconds, values
 
 
-def _settle_time(cell: kr5.cell.Cell) -> float:
-    """Time after which a servo has forgotten how it began [s]."""
-    if not (cell.servo and cell.servo.joint):
-        return 0.0
-    return float(max(8 / (s.damping_ratio * s.natural_frequency) + s.delay for s in cell.servo.joint))
+def _has_servos(cell: kr5.cell.Cell) -> bool:
+    """Whether commands can be simulated."""
+    return cell.has_torque_servos or bool(cell.servo and cell.servo.joint)

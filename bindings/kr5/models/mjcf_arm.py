@@ -14,6 +14,7 @@ import numpy.typing as npt
 import kr5
 from kr5 import cell as kr5_cell
 from kr5.kinematics import Body, merged_body, transformed_body
+from kr5.models.mjcf_actuators import servo_notes, servos_of
 
 INSTALL = "pip install 'kr5[mujoco]'"
 FIXED = 0  # carrier of what no joint of the arm moves
@@ -157,6 +158,7 @@ def load_mjcf(file: Path, base: str = "", tip: str = "") -> MjcfArm:
     mujoco = import_mujoco(file)
     try:
         spec = mujoco.MjSpec.from_file(str(file))
+        drop_missing_meshes(spec, file)
         fusestatic, spec.compiler.fusestatic = bool(spec.compiler.fusestatic), False
         with warnings.catch_warnings(action="ignore"):  # of what is out of date in the file
             model = spec.compile()
@@ -165,6 +167,18 @@ def load_mjcf(file: Path, base: str = "", tip: str = "") -> MjcfArm:
     arm = _Finder(file, mujoco, spec, model).run(base, tip)
     arm.fusestatic = fusestatic
     return arm
+
+
+def drop_missing_meshes(spec: Any, file: Path) -> None:
+    """Leaves out the meshes whose files are not there, with the geoms that show them: masses stated beside them count,
+    and neither is what a cell holds."""
+    folder = file.parent / (spec.meshdir or "")
+    missing = [mesh for mesh in spec.meshes if mesh.file and not (folder / mesh.file).exists()]
+    names = {mesh.name or Path(mesh.file).stem for mesh in missing}
+    for geom in [g for g in spec.geoms if g.meshname in names]:
+        spec.delete(geom)
+    for mesh in missing:
+        spec.delete(mesh)
 
 
 class _Finder:
@@ -322,8 +336,6 @@ class _Finder:
 
 def notes_of(arm: MjcfArm) -> list[str]:
     """What of the model a cell cannot hold, or what was made of it, in words."""
-    import mujoco
-
     m = arm.model
     dofs = [int(m.jnt_dofadr[j]) for j in arm.joints]
     named = dict(zip(arm.joints, arm.names))
@@ -349,13 +361,7 @@ def notes_of(arm: MjcfArm) -> list[str]:
         notes.append("forces of the fluid (density, viscosity) have no place in a cell")
     if m.ntendon:
         notes.append(f"tendons have no place in a cell: {_listed(m.tendon(i).name for i in range(m.ntendon))}")
-    driven = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
-    moved = [i for i in range(m.nu) if int(m.actuator_trntype[i]) in driven and m.actuator_trnid[i, 0] in named]
-    if moved:
-        notes.append(
-            f"gains and gears of the actuators ({_listed(m.actuator(i).name for i in moved)}) are not read: a cell"
-            " states the servo of its joints"
-        )
+    notes += servo_notes(m, named)
     carried = [b for b, c in arm.carriers.items() if c != FIXED]
     if any(m.geom_bodyid[g] in carried and (m.geom_contype[g] or m.geom_conaffinity[g]) for g in range(m.ngeom)):
         notes.append("contacts of the geoms have no place in a cell")
@@ -380,5 +386,6 @@ def cell_of_mjcf(arm: MjcfArm) -> Any:
     """The cell with the arm, its gravity and the name of the model."""
     out = kr5_cell.cell_of_links(arm.links())
     out.robot.gravity = arm.gravity()
+    out.servo = servos_of(arm.model, arm.joints)
     out.name = str(arm.spec.modelname)
     return out

@@ -83,6 +83,8 @@ class _XmlDocument:
         self.bodies: list[xml.Element] = [xml.Element("worldbody")]
         self.joints: list[xml.Element] = []
         self.sites: list[xml.Element] = []
+        self.actuators = [element for section in root.findall("actuator") for element in section]
+        self.actuators = [element for element in self.actuators if isinstance(element.tag, str)]
         worlds = root.findall("worldbody")
         self._collect_elements(worlds)
         for world in worlds:
@@ -135,8 +137,9 @@ class _XmlDocument:
             [m.body(i).name for i in range(1, m.nbody)],
             [m.joint(i).name for i in range(m.njnt)],
             [m.site(i).name for i in range(m.nsite)],
+            [m.actuator(i).name for i in range(m.nu)],
         )
-        found = (self.bodies[1:], self.joints, self.sites)
+        found = (self.bodies[1:], self.joints, self.sites, self.actuators)
         return all([e.get("name", "") for e in elements] == named for elements, named in zip(found, names))
 
     def apply(self, edits: Edits, folder: Path) -> None:
@@ -152,9 +155,31 @@ class _XmlDocument:
             _place(_append(self.bodies[number], "site", {"name": name}), T)
         for number, body in edits.inertials.items():
             self._put_inertial(self.bodies[number], body)
+        for number, values in edits.actuators.items():
+            self._put_servo(self.actuators[number], values)
         if edits.gravity is not None:
             self._setting("option").set("gravity", number_text(edits.gravity))
         self._move_assets(folder)
+
+    def _put_servo(self, element: xml.Element, values: dict[str, float]) -> None:
+        """Gains of a position servo, which one in terms of a damping ratio becomes a `general` for."""
+        if "limit" in values:
+            element.set("forcerange", number_text([-values["limit"], values["limit"]]))
+            element.set("forcelimited", "true")
+        if "kp" not in values:
+            return
+        kp, kv = values["kp"], values["kv"]
+        if element.tag == "position" and not any("dampratio" in e.attrib for e in self.root.iter()):
+            element.set("kp", number_text(kp))
+            element.set("kv", number_text(kv))
+            return
+        element.tag = "general"
+        for name in ("kp", "kv", "dampratio", "timeconst", "inheritrange"):
+            element.attrib.pop(name, None)
+        for name, value in (("gaintype", "fixed"), ("biastype", "affine"), ("dyntype", "none")):
+            element.set(name, value)
+        element.set("gainprm", number_text(kp))
+        element.set("biasprm", number_text([0.0, -kp, -kv]))
 
     def _put_inertial(self, body: xml.Element, found: kr5.kinematics.Body) -> None:
         for old in body.findall("inertial"):
@@ -243,6 +268,8 @@ def _flattened(arm: MjcfArm, edits: Edits, folder: Path) -> str:
         element.iquat = stated.get("quat", np.array([1.0, 0.0, 0.0, 0.0]))
         element.inertia = stated.get("diaginertia", np.zeros(3))
         element.fullinertia = stated.get("fullinertia", np.full(6, np.nan))  # of which MuJoCo takes one
+    for number, values in edits.actuators.items():
+        _set_servo(spec.actuators[number], values)
     if edits.gravity is not None:
         spec.option.gravity = edits.gravity
     if folder.resolve() != arm.file.resolve().parent:
@@ -253,6 +280,13 @@ def _flattened(arm: MjcfArm, edits: Edits, folder: Path) -> str:
         return str(spec.to_xml())
     except (ValueError, RuntimeError) as error:
         raise kr5.IoError(f"{arm.file}: cannot be written by MuJoCo: {one_line(error)}") from None
+
+
+def _set_servo(element: Any, values: dict[str, float]) -> None:
+    if "limit" in values:
+        element.forcerange, element.forcelimited = [-values["limit"], values["limit"]], 1
+    if "kp" in values:
+        element.gainprm[0], element.biasprm[1], element.biasprm[2] = values["kp"], -values["kp"], -values["kv"]
 
 
 def _set_value(element: Any, name: str, value: list[float]) -> None:

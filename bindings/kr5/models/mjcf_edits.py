@@ -10,6 +10,7 @@ import kr5
 import kr5.cell
 from kr5 import cell as kr5_cell
 from kr5.kinematics import Body, body_without, is_real, merged_body, transformed_body
+from kr5.models.mjcf_actuators import position_servo
 from kr5.models.mjcf_arm import MjcfArm, pose
 
 SAME = 1e-12  # [m, rad, relative] what rounding leaves of no difference
@@ -29,6 +30,7 @@ class Edits:
     inertials: dict[int, Any] = field(default_factory=dict)  # kinematics.Body in the frame of the body
     sites: dict[int, np.ndarray] = field(default_factory=dict)  # in its body
     new_site: tuple[int, str, np.ndarray] | None = None  # body, name, pose in it
+    actuators: dict[int, dict[str, float]] = field(default_factory=dict)  # kp, kv, limit, in units of the actuator
     gravity: np.ndarray | None = None  # in the world [m/s^2]
     changes: list[str] = field(default_factory=list)  # in words, in the order of the chain
 
@@ -91,6 +93,7 @@ class _Planner:
         self._place_tip()
         for k, joint in enumerate(self.arm.joints):
             self._plan_drive(k, joint)
+            self._plan_servo(k, joint)
         for body in self._moving_bodies():
             self._plan_geometry(body)
         for carrier in range(1, len(self.arm.joints) + 1):
@@ -207,6 +210,20 @@ class _Planner:
         higher = getattr(m, "jnt_stiffnesspoly", None)
         self._set(k, "stiffness", with_higher_terms(both, higher, joint))
         self._set(k, "springref", (before * float(m.qpos_spring[adr]) + stiffness * rest) / both)
+
+    def _plan_servo(self, k: int, joint: int) -> None:
+        before = position_servo(self.arm.model, joint)
+        if not self.cell.has_torque_servos or before is None:
+            return
+        now = self.cell.servo.torque_of(k)
+        values: dict[str, float] = {}
+        if not (alike(now.stiffness, before.stiffness) and alike(now.damping, before.damping)):
+            values |= {"kp": now.stiffness / before.gear**2, "kv": now.damping / before.gear**2}
+        if now.torque_limit is not None and (before.limit is None or not alike(now.torque_limit, before.limit)):
+            values["limit"] = now.torque_limit / abs(before.gear)
+        if values:
+            self.out.actuators[before.number] = values
+            self.out.changes.append(f"actuator {before.name}: {', '.join(values)}")
 
     # Masses
 

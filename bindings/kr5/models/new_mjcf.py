@@ -35,6 +35,7 @@ def mjcf_text(cell: kr5.cell.Cell, springs: np.ndarray) -> str:
         T_base_parent = link.T_base_link
         _add_shape(parent, np.linalg.inv(T_base_parent) @ end)
     _add_tool(parent, np.linalg.inv(T_base_parent) @ arm.T_base_tip, cell.tool)
+    _add_servos(root, arm, cell)
     return document_text(root)
 
 
@@ -75,6 +76,24 @@ def _add_shape(body: xml.Element, T_body_end: np.ndarray) -> None:
     add_element(
         body, "geom", type="capsule", fromto=line, size=THICKNESS, mass="0", contype="0", conaffinity="0", group="2"
     )
+
+
+def _add_servos(root: xml.Element, arm: kr5.cell.ArmLinks, cell: kr5.cell.Cell) -> None:
+    if cell.servo is None or not cell.servo.torque:
+        return
+    actuators = add_element(root, "actuator")
+    for k, link in enumerate(arm.links):
+        servo = cell.servo.torque_of(k)
+        limit = servo.torque_limit
+        add_element(
+            actuators,
+            "position",
+            name=link.joint,
+            joint=link.joint,
+            kp=servo.stiffness,
+            kv=servo.damping or None,
+            forcerange=[-limit, limit] if limit is not None else None,
+        )
 
 
 def _add_tool(body: xml.Element, T_body_flange: np.ndarray, tool: kr5.cell.Tool | None) -> None:

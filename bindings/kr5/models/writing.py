@@ -20,7 +20,13 @@ ARM_FIELDS = ("robot.T_B_0", "robot.dh", "robot.links", "tool.mass", "tool.T_F_E
 HELD_FIELDS = {
     Kind.URDF: ARM_FIELDS,
     Kind.SDF: ARM_FIELDS,
-    Kind.MJCF: (*ARM_FIELDS, "drives.rotor_inertia"),
+    Kind.MJCF: (
+        *ARM_FIELDS,
+        "drives.rotor_inertia",
+        "servo.torque[].stiffness",
+        "servo.torque[].damping",
+        "servo.torque[].torque_limit",
+    ),
     Kind.CELL: ("",),
 }
 # Formats in which a joint may have a spring.
@@ -227,6 +233,14 @@ def _is_spring(found: physics.FoldedCell, effect: physics.RemainingEffect) -> bo
     return not np.array_equal(physics.cable_springs(bare), physics.cable_springs(found.cell))
 
 
+def _unheld_servo_parts(servo: kr5.cell.Servo) -> list[str]:
+    """What of the torque servos a position actuator does not have."""
+    names = ("integral", "feed_forward", "dead_band", "stall_torque", "no_load_speed", "delay")
+    out = [name for name in names if any(getattr(one, name) for one in servo.torque)]
+    held = all(one.hold == kr5.cell.CommandHold.ZeroOrderHold for one in servo.torque)
+    return out if held else [*out, "hold"]
+
+
 def _notes(found: physics.FoldedCell, kind: Kind) -> list[str]:
     """What the model lacks beside the effects; of a cell, which of them stay effects."""
     cell = found.cell
@@ -234,7 +248,10 @@ def _notes(found: physics.FoldedCell, kind: Kind) -> list[str]:
         left = ", ".join(f"{effect.effect} {effect.target}" for effect in found.remaining)
         return [f"these stay effects, for no nominal value holds them: {left}"] if left else []
     notes = []
-    if parts := [name for name in OTHER_PARTS if getattr(cell, name)]:
+    held = ("servo",) if kind == Kind.MJCF and cell.has_torque_servos else ()
+    if held and (lacking := _unheld_servo_parts(cell.servo)):
+        notes.append(f"{NAMES[kind]} has no place for these parts of a servo: {', '.join(lacking)}")
+    if parts := [name for name in OTHER_PARTS if getattr(cell, name) and name not in held]:
         notes.append(f"{NAMES[kind]} has no place for these parts of the cell: {', '.join(parts)}")
     drives = cell.drives
     if drives is not None:

@@ -46,8 +46,8 @@ void ArmLog::validate(int joints) const {
                                            "of equal time");
   }
   require(q.size() > 0 || command.size() > 0, "q: found neither positions nor commands; a motion needs one of them");
-  require(effort.size() > 0 || current.size() > 0,
-          "effort: found neither efforts nor currents; log those of every joint");
+  require(effort.size() > 0 || current.size() > 0 || (q.size() > 0 && command.size() > 0),
+          "effort: found neither efforts nor currents; log those of every joint, or commands and measured positions");
 }
 
 }  // namespace kr5::arm_log

@@ -9,6 +9,8 @@
 #include <kr5/arm_log/measured_positions.hpp>
 #include <kr5/arm_log/motion_split.hpp>
 #include <kr5/core/error.hpp>
+#include <kr5/physics/effective_arm.hpp>
+#include <kr5/physics/effective_drives.hpp>
 
 namespace kr5::arm_log {
 
@@ -24,28 +26,30 @@ constexpr std::size_t fewest_kept_rows = 10;  // of an experiment once its ends 
 struct MotionLog {
   VectorXd t;
   MatrixXd q, command, loads;
-  std::string family;  // of the loads: tau or i
+  std::string family;  // of the loads: tau or i; empty where none were logged
   bool commanded = false;
 };
 
 MotionLog motion_log(const ArmLog& log, const cell::Cell& cell) {
   MotionLog out;
   out.t = log.t.array() - log.t[0];
-  out.commanded = log.command.size() > 0 && cell.servo && !cell.servo->joint.empty();
+  out.commanded = log.command.size() > 0 && cell.servo && (!cell.servo->joint.empty() || cell.has_torque_servos());
   out.q = log.q.size() > 0 ? log.q : log.command;
   if (out.commanded) out.command = log.command;
-  out.family = log.effort.size() > 0 ? "tau" : "i";
+  out.family = log.effort.size() > 0 ? "tau" : log.current.size() > 0 ? "i" : "";
   out.loads = log.effort.size() > 0 ? log.effort : log.current;
   return out;
 }
 
-/// Time after which the servos of a cell have forgotten how they began [s].
-double settle_time(const cell::Cell& cell) {
-  double out = 0.0;
-  if (cell.servo)
-    for (const cell::SecondOrder& s : cell.servo->joint)
-      out = std::max(out, 8 / (s.damping_ratio * s.natural_frequency) + s.delay);
-  return out;
+/// Time constants after which a servo has forgotten how it began.
+constexpr double settled = 8.0;
+constexpr double longest_settling = 2.0;  // of a torque servo, whose damping a model may not state [s]
+
+/// The same of a torque servo that moves an inertia: the slower of its creep and the decay of its oscillation [s].
+double settle_time(const cell::TorqueServo& servo, double inertia) {
+  const double creep = servo.damping / std::max(servo.stiffness, 1e-9);
+  const double decay = 2 * inertia / std::max(servo.damping, 1e-9);
+  return std::min(settled * std::max(creep, decay), longest_settling) + servo.delay;
 }
 
 /// A table of a motion: columns by family, rows x joints.
@@ -139,8 +143,8 @@ cell::Experiment commanded_experiment(const MotionLog& log, bool measured, int j
   std::vector<Index> rows;
   for (Index i = 0; i < log.t.size(); ++i)
     if (log.t[i] >= span.begin && log.t[i] < span.end) rows.push_back(i);
-  std::vector<std::pair<std::string, MatrixXd>> families = {{"qc", log.command(rows, Eigen::all)},
-                                                            {log.family, log.loads(rows, Eigen::all)}};
+  std::vector<std::pair<std::string, MatrixXd>> families = {{"qc", log.command(rows, Eigen::all)}};
+  if (!log.family.empty()) families.emplace_back(log.family, log.loads(rows, Eigen::all));
   if (measured) families.emplace_back("q", log.q(rows, Eigen::all));
   cell::Experiment out = motion_experiment(span, number);
   out.data = motion_table(log.t(rows), families, joints);
@@ -165,6 +169,18 @@ void add_notes(const std::vector<MotionSpan>& spans, const Smoothing* smoothing,
 
 }  // namespace
 
+double settle_time(const cell::Cell& cell, const VectorXd& q) {
+  double out = 0.0;
+  if (!cell.servo) return out;
+  for (const cell::SecondOrder& s : cell.servo->joint)
+    out = std::max(out, settled / (s.damping_ratio * s.natural_frequency) + s.delay);
+  if (!cell.has_torque_servos()) return out;
+  const VectorXd inertia = physics::EffectiveArm(cell).dynamics(0.0).mass_matrix(q).diagonal() +
+                           physics::EffectiveDrives(cell).rotor_matrix().diagonal();
+  for (int k = 0; k < cell.robot.joints(); ++k) out = std::max(out, settle_time(cell.servo->torque_of(k), inertia[k]));
+  return out;
+}
+
 LogRecording record_log(const ArmLog& log, const cell::Cell& cell) {
   const int n = cell.robot.joints();
   log.validate(n);
@@ -172,12 +188,15 @@ LogRecording record_log(const ArmLog& log, const cell::Cell& cell) {
           "the model states no masses of its links, from which torques follow; choose a model with masses and inertias "
           "(in a URDF: <inertial> of each link)");
   const MotionLog motion = motion_log(log, cell);
+  require(!motion.family.empty() || cell.has_torque_servos(),
+          "effort: found neither efforts nor currents, and the model states no torque servos, by which commands move "
+          "the arm; log efforts, or state the servos (servo.torque: stiffness, damping)");
   require(
       joints_move(motion.q),
       "q: no joint moves; an arm at rest shows gravity only, which many causes explain alike; log a motion of every "
       "joint");
-  const std::vector<MotionSpan> spans =
-      split_motions({{motion.t, motion.q, motion.command, motion.commanded, settle_time(cell), 0.0}});
+  const std::vector<MotionSpan> spans = split_motions(
+      {{motion.t, motion.q, motion.command, motion.commanded, settle_time(cell, motion.q.row(0).transpose()), 0.0}});
   LogRecording out;
   out.recording.cell = cell;
   if (motion.commanded) {

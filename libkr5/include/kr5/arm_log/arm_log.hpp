@@ -8,7 +8,8 @@
 namespace kr5::arm_log {
 
 /// What the controller of an arm logged of a motion: a row an instant, a column a joint, in SI, the joints in the order
-/// of the model. Positions or commands, and efforts or currents, are needed; what was not logged is empty.
+/// of the model. Needed are positions or commands, and efforts or currents; of an arm with torque servos commands and
+/// positions suffice. What was not logged is empty.
 struct ArmLog {
   Eigen::VectorXd t;        ///< In ascending order, from any instant [s].
   Eigen::MatrixXd q;        ///< Measured [rad or m].

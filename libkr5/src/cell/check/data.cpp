@@ -128,7 +128,10 @@ class DataCheck {
     each_row(
         "t", [&](Row i) { return !same_run(i) || t[i] > t[i - 1]; },
         "time that increases within a run [s]; are rows out of order or duplicated?", Severity::Error);
-    if (!cell_.servo || e_.kind == Kind::Profile || e_.joint_reference == JointReference::Measured) return;
+    // Commands to torque servos come at the rate of a log, not of the loop that closes in the servo.
+    if (!cell_.servo || cell_.has_torque_servos() || e_.kind == Kind::Profile ||
+        e_.joint_reference == JointReference::Measured)
+      return;
     const double cycle = cell_.servo->cycle;
     each_row(
         "t",

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <kr5/core/linear.hpp>
 #include <map>
+#include <optional>
 
 namespace kr5::gap {
 namespace {
@@ -109,7 +110,41 @@ int mark_view(ComparisonData& data, const Block& block, const Eigen::VectorXd& r
   return found;
 }
 
+/// Whether readings are so coarse beside their motion that a good part of them repeat the one before.
+bool repeats(const Eigen::VectorXd& values, const Eigen::VectorXd& run) {
+  constexpr double part = 0.1;
+  Eigen::Index count = 0;
+  for (Eigen::Index i = 1; i < values.size(); ++i) count += run(i) == run(i - 1) && values(i) == values(i - 1);
+  return static_cast<double>(count) >= part * static_cast<double>(values.size());
+}
+
+/// Measured joint positions of a block whose encoder repeats itself; nothing of others.
+std::optional<Eigen::VectorXd> coarse_positions(const ComparisonData& data, const Block& block) {
+  if (block.kind != cell::Kind::Motion || block.noise != "position") return std::nullopt;
+  Eigen::VectorXd values = data.experiment(block).data.column(block.column);
+  if (!repeats(values, runs(data.experiment(block)))) return std::nullopt;
+  return values;
+}
+
 }  // namespace
+
+int mark_repeats(ComparisonData& data) {
+  int found = 0;
+  for (const Block& block : data.blocks) {
+    const std::optional<Eigen::VectorXd> values = coarse_positions(data, block);
+    if (!values) continue;
+    const Eigen::VectorXd run = runs(data.experiment(block));
+    Eigen::Index first = 0;
+    for (Eigen::Index i = 1; i <= values->size(); ++i) {
+      if (i < values->size() && (*values)(i) == (*values)(first) && run(i) == run(first)) continue;
+      const Eigen::Index middle = (first + i - 1) / 2;
+      for (Eigen::Index k = first; k < i; ++k)
+        if (k != middle) data.use(block.first + k) = 0.0, ++found;
+      first = i;
+    }
+  }
+  return found;
+}
 
 int mark_stray_corners(ComparisonData& data, const Eigen::VectorXd& residual) {
   int found = 0;
@@ -151,6 +186,7 @@ std::vector<NoiseScale> noise_scales(const ComparisonData& data, const Eigen::Ve
   std::map<std::string, std::map<cell::Kind, std::vector<double>>> all;
   for (const Block& block : data.blocks) {
     std::vector<double> d;
+    if (coarse_positions(data, block)) continue;  // what neighbours show is less than the rounding
     if (in_order(block.kind))
       d = second_differences(block.rows_of(residual), runs(data.experiment(block)));
     else if (block.kind == cell::Kind::Views)

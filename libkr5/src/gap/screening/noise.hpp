@@ -31,6 +31,10 @@ struct NoiseScale {
 /// sphere only when the residual is that of the right cell. Returns how many.
 int mark_spikes(ComparisonData& data, const Eigen::VectorXd& residual, bool near_edges = false);
 
+/// Marks measured joint positions that repeat a coarse encoder's reading as not to be used: of equal readings in a row
+/// the middle one stays, the others tell nothing new. Returns how many.
+int mark_repeats(ComparisonData& data);
+
 /// Marks corners that lie seven times the noise seen off what is smooth over their view. Returns how many.
 int mark_stray_corners(ComparisonData& data, const Eigen::VectorXd& residual);
 

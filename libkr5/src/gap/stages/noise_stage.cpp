@@ -51,6 +51,7 @@ void take_noise_seen(NoiseOutput& out) {
 
 NoiseOutput noise_stage(const CompareOutput& compared, const DiagnoseOptions& options) {
   NoiseOutput out{compared.data, compared.base, {}, {}, {}, 0};
+  mark_repeats(out.data);
   if (options.simulator_errors.empty()) {
     out.spikes = mark_all_spikes(out);
     take_noise_seen(out);

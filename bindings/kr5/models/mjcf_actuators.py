@@ -1,0 +1,86 @@
+"""The actuators of an MJCF as torque servos of a cell, and back."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+import kr5.cell
+
+SAME = 1e-9  # [-] between the gain of a command and that of a position, which a position servo has alike
+
+
+@dataclass(frozen=True)
+class Actuator:
+    """An actuator of MuJoCo as a torque servo: torque = stiffness (command / gear - q) - damping qd."""
+
+    number: int  # in the model
+    name: str
+    gear: float
+    stiffness: float  # [N m/rad or N/m]
+    damping: float  # [N m s/rad or N s/m]
+    limit: float | None  # [N m or N]
+
+
+def driving(model: Any, joint: int) -> list[int]:
+    """Numbers of the actuators that act on a joint."""
+    import mujoco
+
+    kinds = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
+    return [
+        i for i in range(model.nu) if int(model.actuator_trntype[i]) in kinds and model.actuator_trnid[i, 0] == joint
+    ]
+
+
+def position_servo(model: Any, joint: int) -> Actuator | None:
+    """The only actuator of a joint, where it is a position servo."""
+    import mujoco
+
+    found = driving(model, joint)
+    if len(found) != 1:
+        return None
+    i = found[0]
+    kinds = (int(model.actuator_gaintype[i]), int(model.actuator_biastype[i]), int(model.actuator_dyntype[i]))
+    wanted = (mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtBias.mjBIAS_AFFINE, mujoco.mjtDyn.mjDYN_NONE)
+    if kinds != tuple(map(int, wanted)):
+        return None
+    gear, gain = float(model.actuator_gear[i, 0]), float(model.actuator_gainprm[i, 0])
+    constant, slope, rate = map(float, model.actuator_biasprm[i, :3])
+    servo = gain > 0 and gear != 0 and constant == 0 and abs(slope + gain) <= SAME * gain and rate <= 0
+    if not servo:
+        return None
+    limits = [abs(gear) * float(np.abs(model.actuator_forcerange[i]).min())] if model.actuator_forcelimited[i] else []
+    if model.jnt_actfrclimited[joint]:
+        limits.append(float(np.abs(model.jnt_actfrcrange[joint]).min()))
+    name = str(model.actuator(i).name)
+    return Actuator(i, name, gear, gear**2 * gain, -(gear**2) * rate, min(limits, default=None))
+
+
+def servos_of(model: Any, joints: list[int]) -> kr5.cell.Servo | None:
+    """The servos of the joints of an arm, where each has a position servo."""
+    found = [position_servo(model, joint) for joint in joints]
+    servos = [servo for servo in found if servo is not None]
+    if not joints or len(servos) < len(joints):
+        return None
+    out = kr5.cell.Servo()
+    out.cycle = float(model.opt.timestep)
+    out.torque = [kr5.cell.TorqueServo(stiffness=s.stiffness, damping=s.damping, torque_limit=s.limit) for s in servos]
+    return out
+
+
+def servo_notes(model: Any, joints: dict[int, str]) -> list[str]:
+    """What was made of the actuators of the joints of an arm, in words. joints: names by number."""
+    moved = {joint: driving(model, joint) for joint in joints}
+    if not any(moved.values()):
+        return []
+    if servos_of(model, list(joints)) is None:
+        other = [name for joint, name in joints.items() if position_servo(model, joint) is None]
+        return [
+            f"the actuators are not read, for {', '.join(other)} have no position servo (position, or general with"
+            " affine bias and one gain) of their own: state the servos in servo.torque of the cell"
+        ]
+    notes = ["the actuators are the torque servos of the cell (servo.torque)"]
+    servos = [servo for joint in joints if (servo := position_servo(model, joint)) is not None]
+    if geared := [servo.name for servo in servos if servo.gear != 1.0]:
+        notes.append(f"commands of {', '.join(geared)} count on the side of the motor: divide them by the gear")
+    return notes

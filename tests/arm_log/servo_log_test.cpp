@@ -1,0 +1,88 @@
+#include <kr5/arm_log/diagnose_log.hpp>
+
+#include <functional>
+
+#include <catch2/catch.hpp>
+
+#include <kr5/arm_log/log_recording.hpp>
+#include <kr5/core/error.hpp>
+
+#include "arm_log/servo_arms.hpp"
+#include "gap/diagnosis_matchers.hpp"
+
+namespace servo_log_test {
+
+using namespace kr5;
+using namespace kr5::test;
+using Catch::Matchers::Contains;
+
+namespace {
+
+struct Change {
+  const char* effect;
+  std::function<void(cell::Cell&, int joint, Random&)> make;
+};
+
+cell::TorqueServo& servo_of(cell::Cell& arm, int joint) { return arm.servo->torque[static_cast<std::size_t>(joint)]; }
+
+/// The arm of a seed, changed against its model, is diagnosed from commands and positions.
+arm_log::LogDiagnosis diagnosed(std::uint64_t seed, const Change* change, std::string& target) {
+  Random random(seed);
+  const cell::Cell model = servo_arm(4, random);
+  cell::Cell arm = model;
+  const int joint = random.integer(4);
+  target = "joint" + std::to_string(joint + 1);
+  if (change) change->make(arm, joint, random);
+  return arm_log::diagnose_log(servo_log(arm, random), model);
+}
+
+}  // namespace
+
+TEST_CASE("what is wrong with a servo or its friction is named from commands and rounded positions") {
+  const Change changes[] = {
+      {"servo_stiffness",
+       [](cell::Cell& arm, int j, Random& r) { servo_of(arm, j).stiffness *= r.uniform(0.5, 0.75); }},
+      {"servo_damping", [](cell::Cell& arm, int j, Random& r) { servo_of(arm, j).damping *= r.uniform(1.8, 2.5); }},
+      {"coulomb_friction",
+       [](cell::Cell& arm, int j, Random& r) { arm.drives->friction.coulomb[j] += r.uniform(0.15, 0.3); }},
+      {"servo_dead_band",
+       [](cell::Cell& arm, int j, Random& r) { servo_of(arm, j).dead_band = r.uniform(0.01, 0.02); }},
+  };
+  const int k = GENERATE(0, 1, 2, 3);
+  std::string target;
+  const arm_log::LogDiagnosis found = diagnosed(7100 + static_cast<std::uint64_t>(k), &changes[k], target);
+  INFO(changes[k].effect << "." << target << ": " << text(found.diagnosis));
+  REQUIRE(!found.diagnosis.causes.empty());
+  CHECK(cause_matches(found.diagnosis.causes[0], {changes[k].effect, target}));
+  CHECK(found.diagnosis.verdict == gap::Verdict::Explained);
+}
+
+TEST_CASE("an arm that is as its model says has no gap in commands and rounded positions") {
+  std::string target;
+  const arm_log::LogDiagnosis found = diagnosed(7200, nullptr, target);
+  INFO(text(found.diagnosis));
+  CHECK(found.diagnosis.verdict == gap::Verdict::NoGap);
+}
+
+TEST_CASE("commands and positions alone need a model that states its servos") {
+  Random random(7300);
+  cell::Cell arm = servo_arm(3, random);
+  const arm_log::ArmLog log = servo_log(arm, random, 10.0);
+  CHECK_NOTHROW(arm_log::record_log(log, arm));
+  arm.servo.reset();
+  CHECK_THROWS_WITH(arm_log::record_log(log, arm), Contains("servo.torque"));
+}
+
+TEST_CASE("a soft servo needs longer to forget how a motion began, and a late one by its delay") {
+  Random random(7400);
+  cell::Cell arm = servo_arm(2, random);
+  const Eigen::VectorXd q = Eigen::VectorXd::Zero(2);
+  const double usual = arm_log::settle_time(arm, q);
+  CHECK(usual > 0.0);
+  for (cell::TorqueServo& servo : arm.servo->torque) servo.delay = 0.25;
+  CHECK(arm_log::settle_time(arm, q) == Approx(usual + 0.25));
+  arm.servo.reset();
+  CHECK(arm_log::settle_time(arm, q) == 0.0);
+}
+
+}  // namespace servo_log_test
