@@ -136,6 +136,7 @@ std::vector<Case> cases(const World& world) {
   for (const cell::Effect& effect : cell::effect_catalogue()) {
     if (std::ranges::any_of(stated, [&](const Case& c) { return c.effect == effect.id; })) continue;
     const std::vector<std::string> targets = cell::effect_targets(effect, world.cell);
+    if (!cell::lacking_part(effect, world.cell).empty()) continue;
     const std::size_t middle = targets.size() / 2;
     out.push_back({effect.id, targets.at(middle), usual_values(world.cell, effect, static_cast<int>(middle)),
                    touched_by_kin(effect, stated)});
@@ -161,7 +162,10 @@ TEST_CASE("every effect of the catalogue changes the columns it may touch, and n
     seen.insert(c.effect);
     CHECK(changed(world, world.with(c.effect, c.target, c.parameters)) == c.changes);
   }
-  CHECK(seen.size() == cell::effect_catalogue().size());
+  for (const cell::Effect& effect : cell::effect_catalogue()) {
+    INFO(effect.id);  // those of torque servos: servo_arm_test
+    CHECK(seen.contains(effect.id) == cell::lacking_part(effect, world.cell).empty());
+  }
 }
 
 TEST_CASE("an effect at its off value leaves no trace, bit for bit") {

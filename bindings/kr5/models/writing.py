@@ -197,7 +197,7 @@ def _accounts(found: physics.FoldedCell, kind: Kind) -> tuple[list[FoldedParamet
     """What the model holds, and what is lost."""
     folded, losses = [], []
     for effect in found.folded:
-        if not effect.field or effect.field.startswith(HELD_FIELDS[kind]):
+        if not effect.field or re.sub(r"\[\d+\]", "[]", effect.field).startswith(HELD_FIELDS[kind]):
             folded += [FoldedParameter(*row, effect.field) for row in _rows(effect)]
         else:
             losses += [Loss(*row, f"{NAMES[kind]} has no place for {_words(effect.field)}") for row in _rows(effect)]

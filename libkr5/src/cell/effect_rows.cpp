@@ -23,7 +23,7 @@ std::deque<Effect>& all_rows() {
   // Never destroyed: a registered law may belong to an interpreter that is gone by then.
   static auto* const all = [] {
     auto* const out = new std::deque<Effect>;
-    for (const auto& part : {drive_rows(), arm_rows(), sensor_rows(), task_rows()})
+    for (const auto& part : {drive_rows(), servo_rows(), arm_rows(), sensor_rows(), task_rows()})
       for (const Effect& row : part) out->push_back(completed(row));
     return out;
   }();

@@ -14,6 +14,7 @@
 namespace kr5::cell {
 
 std::vector<Effect> drive_rows();
+std::vector<Effect> servo_rows();
 std::vector<Effect> arm_rows();
 std::vector<Effect> sensor_rows();
 std::vector<Effect> task_rows();

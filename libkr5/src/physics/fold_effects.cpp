@@ -16,6 +16,7 @@
 #include <kr5/physics/scanner.hpp>
 #include <kr5/physics/servo.hpp>
 #include <kr5/physics/tool.hpp>
+#include <kr5/physics/torque_servo.hpp>
 #include <kr5/physics/tube.hpp>
 
 namespace kr5::physics {
@@ -80,7 +81,18 @@ void put_joint_servo(const Cell& from, int joint, Cell& to) {
   to.servo->joint[static_cast<std::size_t>(joint)].natural_frequency = joint_servo(from, joint);
 }
 
+/// The same of torque servos.
+void put_torque_servo(const Cell& from, int joint, Cell& to) {
+  const double delay = to.servo->torque_of(joint).delay;  // has its own place
+  to.servo->torque.resize(static_cast<std::size_t>(to.robot.joints()), to.servo->torque.front());
+  cell::TorqueServo& servo = to.servo->torque[static_cast<std::size_t>(joint)];
+  servo = torque_servo(from, joint);
+  servo.delay = delay;
+}
+
 void put_joint_delay(const Cell& from, int, Cell& to) {
+  for (std::size_t i = 0; i < to.servo->torque.size(); ++i)
+    to.servo->torque[i].delay = torque_servo_delay(from, static_cast<int>(i));
   for (std::size_t i = 0; i < to.servo->joint.size(); ++i)
     to.servo->joint[i].delay = joint_delay(from, static_cast<int>(i));
 }
@@ -115,6 +127,11 @@ std::vector<Place> own_places() {
             [](const Cell& from, int i, Cell& to) { to.drives->structure.row(i) = wrist_coupling(from).row(i); }},
       Place{"joint_servo", "servo.joint[]", &put_joint_servo},
       Place{"joint_delay", "servo.joint", &put_joint_delay},
+      Place{"servo_stiffness", "servo.torque[].stiffness", &put_torque_servo},
+      Place{"servo_damping", "servo.torque[].damping", &put_torque_servo},
+      Place{"servo_integral", "servo.torque[].integral", &put_torque_servo},
+      Place{"servo_dead_band", "servo.torque[].dead_band", &put_torque_servo},
+      Place{"torque_limit", "servo.torque[].torque_limit", &put_torque_servo},
       Place{"tool_servo", "servo.tool",
             [](const Cell& from, int, Cell& to) { to.servo->tool->natural_frequency = tool_servo(from); }},
       Place{"tool_damping", "servo.tool",
@@ -170,7 +187,7 @@ std::string objection(const Place& place, const Cell& cell, const ActiveEffect& 
 
 std::string field_text(const Place& place, int index) {
   std::string out(place.field);
-  if (out.ends_with("[]")) out.insert(out.size() - 1, std::to_string(index));
+  if (const std::size_t at = out.find("[]"); at != std::string::npos) out.insert(at + 1, std::to_string(index));
   return out;
 }
 

@@ -15,6 +15,7 @@
 
 #include "predict/deflection.hpp"
 #include "predict/motion_cache.hpp"
+#include "predict/servo_arm.hpp"
 
 namespace kr5::predict {
 
@@ -154,8 +155,55 @@ VectorXd increasing_times(const ExperimentInput& input) {
 
 }  // namespace
 
+namespace {
+
+/// An arm with torque servos begins at rest where it was measured, or else at its first command.
+ServoMotion servo_motion(const cell::Cell& cell, const ExperimentInput& input, const VectorXd& t) {
+  input.need(!cell.robot.links.empty(), "robot.links");
+  const MatrixXd command = input.joints("qc");
+  VectorXd start = (input.has("q1") ? input.joints("q") : command).row(0).transpose();
+  if (!start.allFinite()) start = command.row(0).transpose();
+  return move_by_servos(cell, t, command, start);
+}
+
+/// Torques of the servos as the drives show them: beside what turns the rotors, as currents where there are motors.
+void add_servo_loads(const cell::Cell& cell, const ExperimentInput& input, const VectorXd& t, const ServoMotion& motion,
+                     PredictionTable& out) {
+  const physics::EffectiveDrives drives(cell);
+  if (!drives.motors) return out.add_each("tau", motion.torque);
+  const MatrixXd torque = motion.torque - motion.a * drives.rotor_matrix();
+  const MatrixXd currents = delayed_log(t, drives.motors->currents(motion.a, torque), physics::current_delay(cell));
+  out.add_each("i", currents);
+  if (input.has("tau1")) out.add_each("tau", physics::reported_torques(cell, currents));
+}
+
+/// The wrench that the force sensor of an arm shows in a motion of its links.
+MatrixXd sensed_wrench(const cell::Cell& cell, const ExperimentInput& input, const VectorXd& t, const Rows& wrench) {
+  MatrixXd out = -wrench;
+  physics::apply_sensor_effects(physics::WrenchSensor(cell), t, input.runs(), out);
+  return out;
+}
+
+PredictionTable predict_servo_motion(const cell::Cell& cell, const ExperimentInput& input) {
+  const VectorXd t = increasing_times(input);
+  const ServoMotion motion = servo_motion(cell, input, t);
+  PredictionTable out(t.size());
+  out.add_each("q", motion.x);
+  add_servo_loads(cell, input, t, motion, out);
+  if (!cell.tool) return out;
+  const physics::EffectiveArm arm(cell);
+  const LinkMotion links = rigid_links(physics::EffectiveDrives(cell), {motion.x, motion.v, motion.a});
+  kinematics::Dynamics dynamics = arm.dynamics((t[0] + t[t.size() - 1]) / 2);
+  out.add_wrench(
+      sensed_wrench(cell, input, t, dynamics.loads(links.q, links.qd, links.qdd, arm.below_sensor()).wrench));
+  return out;
+}
+
+}  // namespace
+
 PredictionTable predict_motion(const cell::Cell& cell, const ExperimentInput& input, MotionCache& cache) {
   const bool measured = input.joint_reference() == cell::JointReference::Measured;
+  if (!measured && cell.has_torque_servos()) return predict_servo_motion(cell, input);
   input.need(measured || (cell.servo && !cell.servo->joint.empty()), "servo.joint");
   const bool massive = !cell.robot.links.empty();
   const VectorXd t = increasing_times(input);
@@ -191,9 +239,7 @@ PredictionTable predict_motion(const cell::Cell& cell, const ExperimentInput& in
     }
   }
   if (cell.tool) {
-    MatrixXd wrench = -loads->wrench;
-    physics::apply_sensor_effects(physics::WrenchSensor(cell), t, input.runs(), wrench);
-    out.add_wrench(wrench);
+    out.add_wrench(sensed_wrench(cell, input, t, loads->wrench));
   }
   return out;
 }

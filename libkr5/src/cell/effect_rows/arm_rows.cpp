@@ -230,9 +230,13 @@ std::vector<Effect> arm_rows() {
                        .unit = "s",
                        .upper = 2,
                        .description = "total, from command to motion",
-                       .nominal = [](const Site& at) { return at.cell.servo->of_joint(0).delay; },
+                       .nominal =
+                           [](const Site& at) {
+                             const auto& servo = *at.cell.servo;
+                             return servo.torque.empty() ? servo.of_joint(0).delay : servo.torque_of(0).delay;
+                           },
                        .size = constant(typical::half_cycle)}},
-       .needs = has_joint_servo},
+       .needs = follows_commands},
       {.id = "tool_servo",
        .target = Servo,
        .label = "bandwidth of the path correction",

@@ -115,7 +115,7 @@ std::vector<Effect> drive_rows() {
                        // Compliance is nearly linear, stiffness is not: a usual angle under three times the friction.
                        .coordinate = CoordinateKind::Reciprocal,
                        .size = [](const Site& at) { return typical::angle / (3 * typical::friction(at)); }}},
-       .needs = has_drives},
+       .needs = has_soft_drives},
       {.id = "backlash",
        .target = Joint,
        .label = "backlash",
@@ -130,7 +130,7 @@ std::vector<Effect> drive_rows() {
                        .signature_at = at({0.5, 2.0}),
                        .step = 0.1}},
        .inaccuracy = 0.2,  // its blows last less than a row, and how hard they are hangs on their instant
-       .needs = has_drives},
+       .needs = has_soft_drives},
       {.id = "torque_constant",
        .target = Joint,
        .label = "motor torque constant",

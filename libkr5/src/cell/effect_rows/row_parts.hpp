@@ -122,6 +122,15 @@ inline const EffectNeed has_links{"link masses (robot.links)",
 inline const EffectNeed has_servo{"servo", [](const Cell& cell) { return cell.servo.has_value(); }};
 inline const EffectNeed has_joint_servo{"joint servo (servo.joint)",
                                         [](const Cell& cell) { return cell.servo && !cell.servo->joint.empty(); }};
+inline const EffectNeed has_torque_servo{"torque servo (servo.torque)",
+                                         [](const Cell& cell) { return cell.has_torque_servos(); }};
+inline const EffectNeed follows_commands{
+    "servo of the joints (servo.joint, servo.torque)",
+    [](const Cell& cell) { return cell.has_torque_servos() || (cell.servo && !cell.servo->joint.empty()); }};
+/// A torque servo is simulated on a rigid gear.
+inline const EffectNeed has_soft_drives{"drives behind joint servos (drives, servo.joint)", [](const Cell& cell) {
+                                          return cell.drives.has_value() && !cell.has_torque_servos();
+                                        }};
 inline const EffectNeed has_tool_servo{"servo of the path correction (servo.tool)",
                                        [](const Cell& cell) { return cell.servo && cell.servo->tool; }};
 inline const EffectNeed has_contact{"contact", [](const Cell& cell) { return cell.contact.has_value(); }};

@@ -1,0 +1,310 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "predict/servo_arm.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include <Eigen/Cholesky>
+
+#include <kr5/core/error.hpp>
+#include <kr5/physics/effective_arm.hpp>
+#include <kr5/physics/effective_drives.hpp>
+#include <kr5/physics/torque_servo.hpp>
+
+namespace kr5::predict {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr double longest_step = 0.005;    // [s]
+constexpr double shortest_step = 5e-4;   // [s]
+constexpr double angle_per_step = 0.5;   // of the fastest oscillation of a joint on its servo, in a step [rad]
+constexpr int most_settling_passes = 4;  // in which limits and dead bands of a step settle
+constexpr double least_inertia = 1e-9;   // of a joint that can be moved [kg m^2 or kg]
+
+/// A command as its integral over time, so that its mean over any span is exact.
+class CommandIntegral {
+ public:
+  CommandIntegral(const VectorXd& t, const VectorXd& values, const cell::TorqueServo& servo)
+      : t_(t), values_(values), delay_(servo.delay), straight_(servo.hold == cell::CommandHold::FirstOrderHold) {
+    sums_ = VectorXd::Zero(t.size());
+    for (Index k = 0; k + 1 < t.size(); ++k) sums_[k + 1] = sums_[k] + within(k, t[k + 1]);
+  }
+
+  /// Mean of the delayed command from `begin` to `end` [s].
+  double mean(double begin, double end) { return (upto(end - delay_) - upto(begin - delay_)) / (end - begin); }
+  /// Mean speed of the delayed command; 0 while it holds.
+  double speed(double begin, double end) {
+    return straight_ ? (value(end - delay_) - value(begin - delay_)) / (end - begin) : 0.0;
+  }
+
+ private:
+  /// The last row at or before a time; it is asked for rising times.
+  Index row(double at) {
+    while (at_ + 1 < t_.size() && t_[at_ + 1] <= at) ++at_;
+    while (at_ > 0 && t_[at_] > at) --at_;
+    return at_;
+  }
+  double value(double at) {
+    const Index k = row(at);
+    if (!straight_ || at <= t_[0] || k + 1 >= t_.size()) return values_[k];
+    return values_[k] + (at - t_[k]) / (t_[k + 1] - t_[k]) * (values_[k + 1] - values_[k]);
+  }
+  /// Integral from row k to a time before the next row.
+  double within(Index k, double at) const {
+    const double s = at - t_[k];
+    if (!straight_ || k + 1 >= t_.size()) return values_[k] * s;
+    return s * (values_[k] + 0.5 * s / (t_[k + 1] - t_[k]) * (values_[k + 1] - values_[k]));
+  }
+  double upto(double at) {
+    if (at <= t_[0]) return values_[0] * (at - t_[0]);
+    const Index k = row(at);
+    return sums_[k] + within(k, at);
+  }
+
+  const VectorXd& t_;
+  VectorXd values_, sums_;
+  double delay_;
+  bool straight_;
+  Index at_ = 0;
+};
+
+/// Speeds w with A w = b - f, f the dry friction: of magnitude `level` against the speed of what moves, less on what
+/// stands. Which joints move is found by pivoting from which moved before.
+class DryFriction {
+ public:
+  explicit DryFriction(Index joints) : side_(VectorXd::Zero(joints)), matrix_(joints, joints), right_(joints) {}
+
+  void solve(const MatrixXd& A, const VectorXd& b, const VectorXd& level, VectorXd& w) {
+    const Index n = b.size();
+    for (Index i = 0; i < n; ++i)
+      if (level[i] == 0.0) side_[i] = 1.0;
+    for (int pass = 0; pass < 3 * n + 3; ++pass) {
+      solve_moving(A, b, level, w);
+      if (!turn(A, b, level, w)) return;
+    }
+    sweep(A, b, level, w);
+  }
+
+ private:
+  void solve_moving(const MatrixXd& A, const VectorXd& b, const VectorXd& level, VectorXd& w) {
+    matrix_ = A;
+    right_ = b - level.cwiseProduct(side_);
+    for (Index i = 0; i < b.size(); ++i) {
+      if (side_[i] != 0.0) continue;
+      matrix_.row(i).setZero();
+      matrix_.col(i).setZero();
+      matrix_(i, i) = 1.0;
+      right_[i] = 0.0;
+    }
+    factor_.compute(matrix_);
+    w = factor_.solve(right_);
+  }
+  /// Stops the joint that friction would push and starts what is pulled free; whether any did.
+  bool turn(const MatrixXd& A, const VectorXd& b, const VectorXd& level, const VectorXd& w) {
+    bool turned = false;
+    for (Index i = 0; i < b.size(); ++i) {
+      if (level[i] == 0.0) continue;
+      if (side_[i] != 0.0) {
+        if (side_[i] * w[i] >= 0.0) continue;
+        side_[i] = 0.0;
+      } else {
+        const double pull = b[i] - A.row(i).dot(w);
+        if (std::abs(pull) <= level[i]) continue;
+        side_[i] = pull > 0.0 ? 1.0 : -1.0;
+      }
+      turned = true;
+    }
+    return turned;
+  }
+  /// Projected Gauss-Seidel, which cannot cycle.
+  void sweep(const MatrixXd& A, const VectorXd& b, const VectorXd& level, VectorXd& w) {
+    constexpr int sweeps = 300;
+    for (int pass = 0; pass < sweeps; ++pass) {
+      double moved = 0.0;
+      for (Index i = 0; i < b.size(); ++i) {
+        const double pull = b[i] - A.row(i).dot(w) + A(i, i) * w[i];
+        const double next = (pull - std::clamp(pull, -level[i], level[i])) / A(i, i);
+        moved = std::max(moved, std::abs(next - w[i]));
+        w[i] = next;
+        side_[i] = next > 0.0 ? 1.0 : next < 0.0 ? -1.0 : 0.0;
+      }
+      if (moved < 1e-12) return;
+    }
+  }
+
+  VectorXd side_;  // 1 or -1: moves so; 0: stands
+  MatrixXd matrix_;
+  VectorXd right_;
+  Eigen::LLT<MatrixXd> factor_;
+};
+
+/// How a servo acts in a step: torque = constant - stiffness x_mid - damping w.
+struct Action {
+  double constant = 0.0, stiffness = 0.0, damping = 0.0;
+};
+
+class ServoArm {
+ public:
+  ServoArm(const cell::Cell& cell, const VectorXd& t, const MatrixXd& command, const VectorXd& start)
+      : drives_(cell),
+        dynamics_(physics::EffectiveArm(cell).dynamics((t[0] + t[t.size() - 1]) / 2)),
+        rotors_(drives_.rotor_matrix()),
+        servos_(physics::torque_servos(cell)),
+        friction_(start.size()),
+        x_(start) {
+    const Index n = start.size();
+    require(drives_.rigid(),
+            "effects: an elastic joint and play are not simulated behind torque servos (servo.torque); leave "
+            "joint_elasticity and backlash out, or state joint servos (servo.joint)");
+    for (Index i = 0; i < n; ++i) commands_.emplace_back(t, command.col(i), servos_[static_cast<std::size_t>(i)]);
+    v_ = a_ = w_ = integral_ = bias_ = torque_ = slope_ = VectorXd::Zero(n);
+    q_ = qd_ = qdd_ = level_ = b_ = viscous_ = VectorXd::Zero(n);
+    actions_.resize(static_cast<std::size_t>(n));
+    inertia(x_, v_);
+    for (Index i = 0; i < n; ++i)
+      require(M_(i, i) > least_inertia, "drives.rotor_inertia: joint " + std::to_string(i + 1) +
+                                            " has no inertia, by which a torque servo could move it; state masses of "
+                                            "its links (robot.links) or the inertia of its rotor");
+    rest(t[0]);
+  }
+
+  /// The longest step that follows the oscillations of the joints on their servos [s].
+  double step() const {
+    double out = longest_step;
+    for (std::size_t i = 0; i < servos_.size(); ++i) {
+      const auto k = static_cast<Index>(i);
+      out = std::min(out, angle_per_step * std::sqrt(M_(k, k) / std::max(servos_[i].stiffness, 1e-12)));
+    }
+    return std::max(out, shortest_step);
+  }
+
+  void advance(double begin, double end, int steps) {
+    const double h = (end - begin) / steps;
+    for (int k = 0; k < steps; ++k) one_step(begin + k * h, h);
+  }
+
+  const VectorXd& x() const { return x_; }
+  const VectorXd& v() const { return v_; }
+  const VectorXd& a() const { return a_; }
+  const VectorXd& torque() const { return torque_; }
+
+ private:
+  /// Mass matrix and load on the motor side at a state; the load without accelerations.
+  void inertia(const VectorXd& x, const VectorXd& v) {
+    for (Index i = 0; i < x.size(); ++i) {
+      const physics::Transmission& gear = drives_.joint(i).transmission;
+      const physics::LinkState link = gear.motion(x[i], v[i], 0.0);
+      q_[i] = link.q, qd_[i] = link.v, qdd_[i] = link.a;
+      slope_[i] = gear.uniform() ? 1.0 : gear.slope(x[i]);
+    }
+    M_ = dynamics_.mass_matrix(q_);
+    M_ = slope_.asDiagonal() * M_ * slope_.asDiagonal();
+    M_ += rotors_;
+    dynamics_.torques(q_, qd_, qdd_, bias_);
+    for (Index i = 0; i < x.size(); ++i) {
+      const physics::JointDrive& joint = drives_.joint(i);
+      bias_[i] = slope_[i] * (bias_[i] + physics::cable_spring(joint.cable, q_[i]));
+      if (joint.ripple.amplitude != 0.0) bias_[i] += physics::torque_ripple(joint.ripple, x[i]);
+    }
+  }
+
+  void rest(double t) {
+    for (Index i = 0; i < x_.size(); ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      const double u = commands_[k].mean(t, t + shortest_step);
+      torque_[i] = physics::servo_torque(servos_[k], u - x_[i], 0.0, 0.0, 0.0);
+    }
+  }
+
+  /// How the servo of a joint acts, if the step has the speed w: its own line, or the bound that it reaches.
+  Action action(std::size_t i, double u, double rate, double h, double w) const {
+    const cell::TorqueServo& s = servos_[i];
+    const auto k = static_cast<Index>(i);
+    const double error = u - x_[k] - 0.5 * h * w;
+    const double held = s.integral * (integral_[k] + 0.5 * h * physics::effective_error(s, error));
+    const bool inside = std::abs(error) <= s.dead_band && s.dead_band > 0.0;
+    const double edge = inside ? 0.0 : std::copysign(s.dead_band, error);
+    const Action line{held + s.feed_forward * rate + (inside ? 0.0 : s.stiffness * (u - edge)),
+                      inside ? 0.0 : s.stiffness, s.damping};
+    const double asked = line.constant - line.stiffness * (x_[k] + 0.5 * h * w) - line.damping * w;
+    for (const double side : {-1.0, 1.0}) {
+      const physics::TorqueBound bound = physics::torque_bound(s, side, w);
+      if (side * asked > side * bound.at(w)) return {bound.at_rest, 0.0, bound.slope};
+    }
+    return line;
+  }
+
+  void one_step(double t, double h) {
+    const Index n = x_.size();
+    inertia(x_ + 0.5 * h * v_, v_ + 0.5 * h * a_);
+    for (Index i = 0; i < n; ++i) {
+      const physics::JointFriction& f = drives_.joint(i).friction;
+      level_[i] = h * physics::dry_friction_at(f, std::abs(w_[i]), torque_[i], t);
+      viscous_[i] = physics::viscous_friction_at(f, 1.0, t);
+    }
+    const VectorXd before = v_;
+    for (int pass = 0; pass < most_settling_passes; ++pass) {
+      A_ = 2.0 * M_;
+      b_ = 2.0 * (M_ * v_) - h * bias_;
+      for (Index i = 0; i < n; ++i) {
+        const auto k = static_cast<std::size_t>(i);
+        const Action act = action(k, commands_[k].mean(t, t + h), commands_[k].speed(t, t + h), h, w_[i]);
+        actions_[k] = act;
+        A_(i, i) += h * (act.damping + viscous_[i]) + 0.5 * h * h * act.stiffness;
+        b_[i] += h * (act.constant - act.stiffness * x_[i]);
+      }
+      const VectorXd last = w_;
+      friction_.solve(A_, b_, level_, w_);
+      if ((w_ - last).cwiseAbs().maxCoeff() <= 1e-9 + 1e-6 * w_.cwiseAbs().maxCoeff() && pass > 0) break;
+    }
+    for (Index i = 0; i < n; ++i) finish(i, t, h);
+    a_ = (v_ - before) / h;
+  }
+
+  void finish(Index i, double t, double h) {
+    const auto k = static_cast<std::size_t>(i);
+    const Action& act = actions_[k];
+    const double middle = x_[i] + 0.5 * h * w_[i];
+    torque_[i] = act.constant - act.stiffness * middle - act.damping * w_[i];
+    const bool bounded = act.stiffness == 0.0 && servos_[k].dead_band == 0.0;
+    if (!bounded) integral_[i] += h * physics::effective_error(servos_[k], commands_[k].mean(t, t + h) - middle);
+    x_[i] += h * w_[i];
+    v_[i] = w_[i] == 0.0 ? 0.0 : 2.0 * w_[i] - v_[i];
+    if (v_[i] * w_[i] < 0.0 && level_[i] > 0.0) v_[i] = 0.0;  // it came to rest within the step
+  }
+
+  physics::EffectiveDrives drives_;
+  kinematics::Dynamics dynamics_;
+  MatrixXd rotors_;
+  std::vector<cell::TorqueServo> servos_;
+  std::vector<CommandIntegral> commands_;
+  std::vector<Action> actions_;
+  DryFriction friction_;
+  VectorXd x_, v_, a_, w_, integral_, bias_, torque_, slope_, q_, qd_, qdd_, level_, b_, viscous_;
+  MatrixXd M_, A_;
+};
+
+}  // namespace
+
+ServoMotion move_by_servos(const cell::Cell& cell, const VectorXd& t, const MatrixXd& command, const VectorXd& start) {
+  ServoArm arm(cell, t, command, start);
+  const double step = arm.step();
+  const MatrixXd none = MatrixXd::Zero(command.rows(), command.cols());
+  ServoMotion out{none, none, none, none};
+  for (Index k = 0; k < t.size(); ++k) {
+    if (k > 0) arm.advance(t[k - 1], t[k], std::max(1, static_cast<int>(std::ceil((t[k] - t[k - 1]) / step - 1e-9))));
+    out.x.row(k) = arm.x();
+    out.v.row(k) = arm.v();
+    out.a.row(k) = arm.a();
+    out.torque.row(k) = arm.torque();
+  }
+  return out;
+}
+
+}  // namespace kr5::predict
