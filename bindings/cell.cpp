@@ -28,9 +28,6 @@ static void bind_parts(py::module_& m) {
   m.attr("Link") = py::type::of<Link>();
   bind_struct<Limits>(m, "Limits", "Limits of the joints.");
   bind_struct<Gears>(m, "Gears", "Gears between motors and links.");
-  bind_struct<ControllerAxes>(m, "ControllerAxes", "How the robot's controller counts the joints.")
-      .def("axes", &ControllerAxes::axes, py::arg("q"), "Values of the controller's axes, of joint values [rad or m].")
-      .def("joints", &ControllerAxes::joints, py::arg("axes"), "Joint values, of the controller's axes [rad or m].");
   bind_struct<Robot>(m, "Robot", "Robot arm.").def_property_readonly("joints", &Robot::joints, "Number of joints.");
   bind_struct<Friction>(m, "Friction", "Friction on the joint side.");
   bind_struct<Drives>(m, "Drives", "Motors and gears.");

@@ -24,8 +24,10 @@ namespace {
 using Eigen::VectorXd;
 
 const cell::Cell& commandable(const cell::Cell& cell) {
-  require(cell.servo && !cell.servo->joint.empty(),
-          "servo.joint: this cell has no joint servo, which a robot that is commanded needs");
+  require(
+      cell.servo && !cell.servo->joint.empty(),
+      "servo.joint: this cell has no joint servo, which a robot that is commanded needs; torque servos (servo.torque) "
+      "are simulated by the fast grade alone");
   require(!cell.robot.links.empty(), "robot.links: this cell has no masses, which a robot that moves needs");
   return cell;
 }

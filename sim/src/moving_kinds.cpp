@@ -114,6 +114,8 @@ void advance_to(DrivenArm& arm, double from, double to, double longest, Advance&
 PredictionTable simulate_motion(const cell::Cell& cell, const ExperimentInput& input,
                                 const DartSimulatorOptions& options) {
   const bool measured = input.joint_reference() == cell::JointReference::Measured;
+  if (!measured && cell.has_torque_servos())
+    input.fail("the full grade does not simulate torque servos (servo.torque); use the fast grade");
   input.need(measured || (cell.servo && !cell.servo->joint.empty()), "servo.joint");
   input.need(!cell.robot.links.empty(), "robot.links");
   const VectorXd t = input["t"];

@@ -24,6 +24,8 @@ ALLOWED = (
 )
 # Ids that also name a field, a file or a command, and where they do.
 OTHER_MEANING: dict[str, tuple[str, ...]] = {
+    "servo_damping": ("libkr5/include/kr5/force/insertion.hpp",),
+    "torque_limit": ("libkr5/include/kr5/cell/drives.hpp",),
     "hand_eye": ("tools/kr5_tools/",),
     "payload": (
         "libkr5/include/kr5/cell/import_urdf.hpp",

@@ -37,6 +37,7 @@ class LogRecording:
     notes: list[str]
     problems: list[Any]
     best_arm: arm_log.BestArmErrors
+    unused_commands: bool = False  # logged beside positions, and not simulated for want of a servo
 
 
 def record_logs(logs: Sequence[Path], cell: kr5.cell.Cell, options: LogOptions, described: bool) -> LogRecording:
@@ -69,7 +70,7 @@ def record_logs(logs: Sequence[Path], cell: kr5.cell.Cell, options: LogOptions, 
         *completed,
         *(_best_arm_text(note, recording.cell, guessed.entry["columns"]) for note in best_arm.notes(recording)),
     ]
-    return LogRecording(recording, guessed.entry, guessed.told(), notes, problems, best_arm)
+    return LogRecording(recording, guessed.entry, guessed.told(), notes, problems, best_arm, guessed.unused_commands)
 
 
 def _complete_model(recording: kr5.cell.Recording, readings: Readings, constants_stated: bool) -> list[str]:
@@ -132,6 +133,12 @@ def require_plausible(found: LogRecording, trust: bool) -> None:
     """Raises kr5.Error when nothing that a model predicts was measured, or when numbers of the logs are plausible only
     in another unit, column or side of the gears; `trust`: of these it warns (kr5.Implausible)."""
     if not trust and _shows_nothing(found.recording):
+        if found.unused_commands:
+            raise kr5.InvalidArgument(
+                "found commands and positions of the joints, no efforts or currents, and a model that states no servos,"
+                " by which commands move the arm; state them, as starting values for the diagnosis: --set"
+                " cell.servo.cycle=0.02 --set 'cell.servo.torque={stiffness: 20, damping: 1}'"
+            )
         names = list(found.recording.cell.robot.joint_names)
         raise kr5.InvalidArgument(
             "found no efforts or currents of every joint in the log"

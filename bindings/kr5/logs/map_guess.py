@@ -37,6 +37,7 @@ class GuessedMap:
     reasons: list[list[str]] = field(default_factory=list)  # item, proposal, reason
     notes: list[str] = field(default_factory=list)
     logs_of: dict[tuple[str, str], list[str]] = field(default_factory=dict)  # of an item and its proposal
+    unused_commands: bool = False  # logged beside positions, and not simulated for want of a servo
 
     def because(self, log: str, item: str, proposal: str, reason: str) -> None:
         """Adds a reason; logs that are read alike share one."""
@@ -289,6 +290,7 @@ def _use_measured(
 ) -> None:
     """Measured positions for the motion, where no commands were logged, or none can be simulated."""
     q, qc = part.families.first("q"), part.families.first("qc")
+    out.unused_commands |= q is not None and qc is not None and not _has_servos(cell)
     if given.columns.get("qc", {}).get("from") == "measured" and q is not None:
         why = "as stated"
     elif q is not None:

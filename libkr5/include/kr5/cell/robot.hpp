@@ -63,22 +63,6 @@ struct Gears {
   }
 };
 
-/// How the robot's controller counts the joints: axis = sign (q - zero). It acts where numbers of the controller come
-/// in or go out, and nowhere else.
-struct ControllerAxes {
-  Eigen::VectorXd sign;  ///< 1 or -1 [-].
-  Eigen::VectorXd zero;  ///< Joint value where the controller counts 0 [rad or m].
-
-  Eigen::VectorXd axes(const Eigen::VectorXd& q) const { return sign.cwiseProduct(q - zero); }
-  Eigen::VectorXd joints(const Eigen::VectorXd& axes) const { return sign.cwiseProduct(axes) + zero; }
-
-  static constexpr std::array<std::string_view, 2> required = {"sign", "zero"};
-  static void each_field(auto& self, auto&& visit) {
-    visit("sign", self.sign, "Direction of each axis of the controller beside that of the joint: 1 or -1 [-].");
-    visit("zero", self.zero, "Joint value at which each axis of the controller counts 0 [rad or m].");
-  }
-};
-
 /// The arm.
 struct Robot {
   Pose T_base_0 = Pose::Identity();     ///< Frame of the first joint in the base.
@@ -89,7 +73,6 @@ struct Robot {
   std::vector<Link> links;                      ///< One a joint, or none when masses are not known.
   Eigen::Vector3d gravity = {0.0, 0.0, -9.81};  ///< In B [m/s^2].
   Gears gears;
-  std::optional<ControllerAxes> controller_axes;  ///< Absent: the controller counts as the joints do.
 
   int joints() const { return static_cast<int>(dh.size()); }
 
@@ -104,8 +87,6 @@ struct Robot {
     visit("links", self.links, "Inertial parameters of each link, in link frame i; may be absent.");
     visit("gravity", self.gravity, "Gravity in B [m/s^2].");
     visit("gears", self.gears, "Gears; used where an effect makes them elastic.");
-    visit("controller_axes", self.controller_axes,
-          "Directions and zeros of the controller's axes; absent: as the joints.");
   }
 };
 

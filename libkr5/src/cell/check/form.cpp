@@ -61,10 +61,6 @@ void check_arm(const Cell& cell, DiagnosticCollector& c) {
     expect_size(c, "servo.torque", static_cast<Eigen::Index>(cell.servo->torque.size()), n);
   c.expect(!cell.servo || cell.servo->torque.empty() || cell.servo->joint.empty(), "servo.torque",
            "either torque servos (servo.torque) or joint servos (servo.joint)", "both");
-  if (const auto& axes = cell.robot.controller_axes) {
-    expect_size(c, "robot.controller_axes.sign", axes->sign.size(), n);
-    expect_size(c, "robot.controller_axes.zero", axes->zero.size(), n);
-  }
 }
 
 void check_mounts(const Cell& cell, DiagnosticCollector& c) {

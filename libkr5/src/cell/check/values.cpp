@@ -110,13 +110,6 @@ void check_torque_servo(DiagnosticCollector& c, const FieldPath& field, const To
   expect(s.delay >= 0, ".delay", "a delay, not negative [s]");
 }
 
-void check_controller_axes(const Cell& cell, DiagnosticCollector& c) {
-  if (!cell.robot.controller_axes) return;
-  const Eigen::VectorXd& sign = cell.robot.controller_axes->sign;
-  for (Eigen::Index i = 0; i < sign.size(); ++i)
-    c.expect(std::abs(sign[i]) == 1.0, {"robot.controller_axes.sign", i}, "1 or -1", lazy(sign[i]));
-}
-
 void check_servo(const Cell& cell, DiagnosticCollector& c) {
   if (!cell.servo) return;
   const Servo& servo = *cell.servo;
@@ -223,7 +216,6 @@ void check_values(const Cell& cell, DiagnosticCollector& c) {
   check_limits(cell, c);
   check_drives(cell, c);
   check_servo(cell, c);
-  check_controller_axes(cell, c);
   check_sensors(cell, c);
   check_task(cell, c);
   check_bounds(cell, c);
