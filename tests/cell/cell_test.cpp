@@ -264,4 +264,28 @@ TEST_CASE("a servo per joint is read as a list, as lists in a map, and as one fo
              Contains("servo.joint.damping_ratio: found a list of 2, expected one number, or a list of 4"));
 }
 
+TEST_CASE("torque servos are one for all joints, a list, or lists in a map, and come back from the file") {
+  const std::string arm =
+      "format: kr5-cell/1\nname: two\nrobot: {dh: [{a: 1, b: 0, alpha: 0, theta_offset: 0}, {a: 1, b: 0, alpha: 0, "
+      "theta_offset: 0}]}\nservo: {cycle: 0.02, ";
+  const Cell all = parse_cell(arm + "torque: {stiffness: 20, damping: 1, torque_limit: 3}}\n", "t");
+  CHECK(all.has_torque_servos());
+  CHECK(all.servo->torque_of(1).stiffness == 20.0);
+  CHECK(all.servo->torque_of(1).torque_limit == 3.0);
+  CHECK(all.servo->torque_of(1).hold == CommandHold::ZeroOrderHold);
+  const Cell each = parse_cell(arm + "torque: {stiffness: [20, 12], damping: 1, hold: straight, delay: 0.01}}\n", "t");
+  CHECK(each.servo->torque_of(1).stiffness == 12.0);
+  CHECK(each.servo->torque_of(0).hold == CommandHold::FirstOrderHold);
+  for (const Cell& cell : {all, each}) CHECK(exact(parse_cell(exact(cell), "back")) == exact(cell));
+  const auto wrong = [&](const std::string& servo) { return complaint(arm + servo + "}\n"); };
+  CHECK_THAT(wrong("torque: {stiffness: -1, damping: 1}"), Contains("servo.torque.stiffness: found -1"));
+  CHECK_THAT(wrong("torque: [{stiffness: 1, damping: 1}, {stiffness: 1, damping: 1, dead_band: -1}]"),
+             Contains("servo.torque[1].dead_band"));
+  CHECK_THAT(wrong("torque: {stiffness: [1, 2, 3], damping: 1}"), Contains("servo.torque: found 3 values"));
+  CHECK_THAT(wrong("torque: {stiffness: 1, damping: 1, stall_torque: 2}"), Contains("no_load_speed"));
+  CHECK_THAT(wrong("torque: {stiffness: 1}"), Contains("damping"));
+  CHECK_THAT(wrong("torque: {stiffness: 1, damping: 1}, joint: {natural_frequency: 40, damping_ratio: 1, delay: 0}"),
+             Contains("servo.torque: found both"));
+}
+
 }  // namespace cell_test

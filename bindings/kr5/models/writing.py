@@ -237,7 +237,7 @@ def _unheld_servo_parts(servo: kr5.cell.Servo) -> list[str]:
     """What of the torque servos a position actuator does not have."""
     names = ("integral", "feed_forward", "dead_band", "stall_torque", "no_load_speed", "delay")
     out = [name for name in names if any(getattr(one, name) for one in servo.torque)]
-    held = all(one.hold == kr5.cell.CommandHold.ZeroOrderHold for one in servo.torque)
+    held = all(str(one.hold) == "held" for one in servo.torque)
     return out if held else [*out, "hold"]
 
 
