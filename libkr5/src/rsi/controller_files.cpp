@@ -35,7 +35,7 @@ void check_cycle(const TelegramLayout& layout, const ProgramOptions& options) {
 
 void ProgramOptions::validate() const {
   require(is_krl_name(name), "name: must be a letter and letters, digits and underscores, at most 24");
-  require(start.empty() || start.size() == 6, "start: must be six axis values, or none [rad]");
+  require(start.empty() || start.size() == 6, "start: must be six joint values, or none [rad]");
   for (const double value : start) require(std::abs(value) < 7.0, "start: must lie within a turn [rad]");
   require(timeout >= 1 && timeout <= 10000, "timeout: must lie between 1 and 10000 answers");
   require(flag >= 0 && flag <= 999, "flag: must lie between 0 and 999");

@@ -42,6 +42,24 @@ TelegramUnits::TelegramUnits(const TelegramLayout& layout)
   units_.fill(degree);
   for (const int axis : layout.linear_externals) units_[static_cast<std::size_t>(5 + axis)] = millimetre;
   std::ranges::copy(layout.current_units, current_units_.begin());
+  signs_.fill(1.0);
+  counts_otherwise_ = layout.axes.has_value();
+  for (int i = 0; layout.axes && i < joints(); ++i) {
+    signs_[static_cast<std::size_t>(i)] = layout.axes->sign[i];
+    zeros_[static_cast<std::size_t>(i)] = layout.axes->zero[i];
+  }
+}
+
+/// Joint value of an axis [rad or m]; both are the same where the controller counts as the joints do.
+double TelegramUnits::joint_of(int joint, double axis, Counting counting) const noexcept {
+  if (!counts_otherwise_) return axis;
+  return sign(joint) * axis + (counting == Counting::Place ? zeros_[static_cast<std::size_t>(joint)] : 0.0);
+}
+
+double TelegramUnits::axis_of(int joint, double value, Counting counting) const noexcept {
+  if (!counts_otherwise_) return value;
+  const double zero = counting == Counting::Place ? zeros_[static_cast<std::size_t>(joint)] : 0.0;
+  return sign(joint) * (value - zero) + 0.0;  // no -0
 }
 
 std::optional<double> TelegramUnits::value(const Places& in, const Telegram& t, Meaning meaning,
@@ -58,12 +76,13 @@ std::optional<Pose> TelegramUnits::pose(const Places& in, const Telegram& t, Mea
   return from_kuka(v);
 }
 
-robot::JointVector TelegramUnits::joint_values(const Places& in, const Telegram& t, Meaning axes,
-                                               Meaning externals) const noexcept {
+robot::JointVector TelegramUnits::joint_values(const Places& in, const Telegram& t, Meaning axes, Meaning externals,
+                                               Counting counting) const noexcept {
   robot::JointVector out;
   if (!in.has(axes) && !in.has(externals)) return out;
   out.resize(joints());
-  for (int i = 0; i < joints(); ++i) out[i] = unit(i) * value(in, t, i < 6 ? axes : externals, i % 6).value_or(0.0);
+  for (int i = 0; i < joints(); ++i)
+    out[i] = joint_of(i, unit(i) * value(in, t, i < 6 ? axes : externals, i % 6).value_or(0.0), counting);
   return out;
 }
 
@@ -72,7 +91,7 @@ robot::JointVector TelegramUnits::motor_currents(const Telegram& t) const noexce
   if (!reads_currents_ || !send_.has(Meaning::MotorCurrent)) return out;
   out.resize(joints());
   for (int i = 0; i < joints(); ++i)
-    out[i] = current_units_[static_cast<std::size_t>(i)] *
+    out[i] = sign(i) * current_units_[static_cast<std::size_t>(i)] *
              value(send_, t, i < 6 ? Meaning::MotorCurrent : Meaning::ExternalCurrent, i % 6).value_or(0.0);
   return out;
 }
@@ -81,11 +100,11 @@ ControllerState TelegramUnits::state(const Telegram& t) const noexcept {
   ControllerState out;
   out.tool = pose(send_, t, Meaning::CartesianActual);
   out.tool_setpoint = pose(send_, t, Meaning::CartesianSetpoint);
-  out.joints = joint_values(send_, t, Meaning::AxisActual, Meaning::ExternalActual);
-  out.joint_setpoints = joint_values(send_, t, Meaning::AxisSetpoint, Meaning::ExternalSetpoint);
+  out.joints = joint_values(send_, t, Meaning::AxisActual, Meaning::ExternalActual, Counting::Place);
+  out.joint_setpoints = joint_values(send_, t, Meaning::AxisSetpoint, Meaning::ExternalSetpoint, Counting::Place);
   if (send_.has(Meaning::GearTorque)) {
     out.efforts = robot::JointVector::Zero(joints());
-    for (int i = 0; i < 6; ++i) out.efforts[i] = value(send_, t, Meaning::GearTorque, i).value_or(0.0);
+    for (int i = 0; i < 6; ++i) out.efforts[i] = sign(i) * value(send_, t, Meaning::GearTorque, i).value_or(0.0);
   }
   out.currents = motor_currents(t);
   if (send_.has(Meaning::SensorWrench)) {
@@ -116,15 +135,15 @@ void TelegramUnits::put_pose(const Places& in, Telegram& t, Meaning meaning, con
 }
 
 void TelegramUnits::put_joints(const Places& in, Telegram& t, Meaning axes, Meaning externals,
-                               const robot::JointVector& values) const noexcept {
+                               const robot::JointVector& values, Counting counting) const noexcept {
   for (int i = 0; i < std::min(static_cast<int>(values.size()), joints()); ++i)
-    put(in, t, i < 6 ? axes : externals, i % 6, values[i] / unit(i));
+    put(in, t, i < 6 ? axes : externals, i % 6, axis_of(i, values[i], counting) / unit(i));
 }
 
 void TelegramUnits::set_correction(const Correction& c, Telegram& t) const noexcept {
   t.values.fill(0.0);
   t.present.set();
-  put_joints(receive_, t, Meaning::AxisCorrection, Meaning::ExternalCorrection, c.joints);
+  put_joints(receive_, t, Meaning::AxisCorrection, Meaning::ExternalCorrection, c.joints, Counting::Difference);
   if (c.tool) put_pose(receive_, t, Meaning::CartesianCorrection, *c.tool);
   std::uint32_t bits = (c.gripper.hold ? 1U << gripper_.hold : 0U) | (c.gripper.air ? 1U << gripper_.air : 0U);
   if (gripper_.fingers && c.gripper.fingers) bits |= 1U << *gripper_.fingers;
@@ -134,7 +153,7 @@ void TelegramUnits::set_correction(const Correction& c, Telegram& t) const noexc
 
 Correction TelegramUnits::correction(const Telegram& t) const noexcept {
   Correction out;
-  out.joints = joint_values(receive_, t, Meaning::AxisCorrection, Meaning::ExternalCorrection);
+  out.joints = joint_values(receive_, t, Meaning::AxisCorrection, Meaning::ExternalCorrection, Counting::Difference);
   out.tool = pose(receive_, t, Meaning::CartesianCorrection);
   if (const auto found = value(receive_, t, Meaning::DigitalOutputs)) {
     const std::uint32_t bits = bits_of(*found);
@@ -148,14 +167,14 @@ Correction TelegramUnits::correction(const Telegram& t) const noexcept {
 void TelegramUnits::set_state(const ControllerState& s, Telegram& t) const noexcept {
   if (s.tool) put_pose(send_, t, Meaning::CartesianActual, *s.tool);
   if (s.tool_setpoint) put_pose(send_, t, Meaning::CartesianSetpoint, *s.tool_setpoint);
-  put_joints(send_, t, Meaning::AxisActual, Meaning::ExternalActual, s.joints);
-  put_joints(send_, t, Meaning::AxisSetpoint, Meaning::ExternalSetpoint, s.joint_setpoints);
+  put_joints(send_, t, Meaning::AxisActual, Meaning::ExternalActual, s.joints, Counting::Place);
+  put_joints(send_, t, Meaning::AxisSetpoint, Meaning::ExternalSetpoint, s.joint_setpoints, Counting::Place);
   for (int i = 0; i < std::min<int>(6, static_cast<int>(s.efforts.size())); ++i)
-    put(send_, t, Meaning::GearTorque, i, s.efforts[i]);
+    put(send_, t, Meaning::GearTorque, i, sign(i) * s.efforts[i]);
   for (int i = 0; reads_currents_ && i < std::min(static_cast<int>(s.currents.size()), joints()); ++i) {
     const double ampere = current_units_[static_cast<std::size_t>(i)];
     if (ampere != 0.0)
-      put(send_, t, i < 6 ? Meaning::MotorCurrent : Meaning::ExternalCurrent, i % 6, s.currents[i] / ampere);
+      put(send_, t, i < 6 ? Meaning::MotorCurrent : Meaning::ExternalCurrent, i % 6, sign(i) * s.currents[i] / ampere);
   }
   for (int i = 0; s.sensor && i < 6; ++i) put(send_, t, Meaning::SensorWrench, i, (*s.sensor)[i]);
   if (s.late_packets) put(send_, t, Meaning::LatePackets, 0, *s.late_packets);

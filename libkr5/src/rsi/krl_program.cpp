@@ -22,12 +22,14 @@ std::string initialisation(bool interrupt) {
 }
 
 /// The motion to where the program starts; to where the arm stands, that makes the block coincidence.
-std::string start_motion(const ProgramOptions& options) {
+std::string start_motion(const TelegramLayout& layout, const ProgramOptions& options) {
   std::string out = "PTP $AXIS_ACT\n";
   if (options.start.empty()) return out;
+  Eigen::VectorXd axes = Eigen::Map<const Eigen::VectorXd>(options.start.data(), 6);
+  if (layout.axes) axes = layout.axes->sign.head(6).cwiseProduct(axes - layout.axes->zero.head(6));
   out += "PTP {";
-  for (std::size_t i = 0; i < options.start.size(); ++i)
-    out += (i ? ", A" : "A") + std::to_string(i + 1) + " " + number_text(options.start[i] / degree);
+  for (Eigen::Index i = 0; i < axes.size(); ++i)
+    out += (i ? ", A" : "A") + std::to_string(i + 1) + " " + number_text(axes[i] / degree);
   return out + "}\n";
 }
 
@@ -89,7 +91,7 @@ std::string krl_program(const TelegramLayout& layout, const ProgramOptions& opti
   std::string out = head(options) + "DECL INT ret\n";
   const bool iiqka = layout.controller == Controller::Iiqka;
   if (!iiqka) out += "DECL INT CONTID\n";
-  out += initialisation(!iiqka) + start_motion(options) + "\n; The sensor interface\n";
+  out += initialisation(!iiqka) + start_motion(layout, options) + "\n; The sensor interface\n";
   const std::string flow = options.name + (layout.controller == Controller::Krc4Rsi3 ? ".rsi" : "");
   if (iiqka) {
     out += checked("ret", "RSI_LOAD(\"" + flow + "\")", "RSIOK") +
@@ -109,7 +111,7 @@ std::string krl_program_rsi2(const TelegramLayout& layout, const ProgramOptions&
   const std::string file = options.name + ".xml";
   std::string out = head(options) + "DECL RSIERR err\nINT hEthernet, hAxis, hPath, container\nCHAR file[" +
                     std::to_string(file.size() + 1) + "]\n" + initialisation(true) + "file[] = \"" + file +
-                    "\"\ncontainer = 0\n" + start_motion(options) + "\n; The connection\n" +
+                    "\"\ncontainer = 0\n" + start_motion(layout, options) + "\n; The connection\n" +
                     checked("err", "ST_ETHERNET(hEthernet,container,file[])", "#RSIOK");
   out += axis_object(layout, options, wired);
   const std::string path = path_object(layout, wired);

@@ -216,6 +216,7 @@ void TelegramLayout::validate() const {
   for (const double unit : current_units) require(std::isfinite(unit), "current_units: must be finite [A]");
   for (const int bit : {gripper.hold, gripper.air, gripper.fingers.value_or(0), gripper.gripped.value_or(0)})
     require(bit >= 0 && bit <= 31, "gripper: bits are numbered from 0 to 31");
+  if (axes) axes->validate(6 + externals);
   check_elements(send, "send");
   check_elements(receive, "receive");
 }

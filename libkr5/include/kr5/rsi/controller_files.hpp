@@ -35,7 +35,7 @@ struct ProgramOptions {
     visit("mode", self.mode, "Corrections: absolute (all of it each cycle) | relative (what is added in a cycle).");
     visit("frame", self.frame, "Axes of Cartesian corrections: base | tool.");
     visit("cycle", self.cycle, "Cycle, 4 or 12 ms; none: 12 ms of a KR C2, 4 ms of the others [s].");
-    visit("start", self.start, "Axis values at which the program starts; empty: where the arm stands [rad].");
+    visit("start", self.start, "Joint values at which the program starts; empty: where the arm stands [rad].");
     visit("timeout", self.timeout, "Answers that may be late in succession before the controller stops.");
     visit("flag", self.flag, "Number of the $FLAG that is true while the connection is interrupted; 0: none.");
     visit("axis_limit", self.axis_limit, "Greatest correction of an axis, in either direction [rad].");

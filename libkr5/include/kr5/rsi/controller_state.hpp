@@ -79,18 +79,27 @@ class TelegramUnits {
 
   std::optional<double> value(const Places& in, const Telegram& t, Meaning meaning, int component = 0) const noexcept;
   std::optional<Pose> pose(const Places& in, const Telegram& t, Meaning meaning) const noexcept;
-  robot::JointVector joint_values(const Places& in, const Telegram& t, Meaning axes, Meaning externals) const noexcept;
+  /// What the values of axes are: places, which have a zero, or differences of them.
+  enum class Counting { Place, Difference };
+  robot::JointVector joint_values(const Places& in, const Telegram& t, Meaning axes, Meaning externals,
+                                  Counting counting) const noexcept;
+  double joint_of(int joint, double axis, Counting counting) const noexcept;
+  double axis_of(int joint, double value, Counting counting) const noexcept;
   robot::JointVector motor_currents(const Telegram& t) const noexcept;
   void put(const Places& in, Telegram& t, Meaning meaning, int component, double value) const noexcept;
   void put_pose(const Places& in, Telegram& t, Meaning meaning, const Pose& T) const noexcept;
-  void put_joints(const Places& in, Telegram& t, Meaning axes, Meaning externals,
-                  const robot::JointVector& values) const noexcept;
+  void put_joints(const Places& in, Telegram& t, Meaning axes, Meaning externals, const robot::JointVector& values,
+                  Counting counting) const noexcept;
+  double sign(int joint) const noexcept { return signs_[static_cast<std::size_t>(joint)]; }
   double unit(int joint) const noexcept { return units_[static_cast<std::size_t>(joint)]; }
 
   Places send_, receive_;
   int externals_ = 0;
   std::array<double, 12> units_{};          ///< Of the joints [rad or m].
+  std::array<double, 12> signs_{};          ///< Of the controller's axes [-].
+  std::array<double, 12> zeros_{};          ///< Joint values at their zeros [rad or m].
   std::array<double, 12> current_units_{};  ///< [A]
+  bool counts_otherwise_ = false;           ///< The controller's axes are not the joints.
   bool reads_currents_ = false;
   GripperBits gripper_;
 };

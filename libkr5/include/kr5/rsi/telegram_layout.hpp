@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <kr5/core/fields.hpp>
+#include <kr5/rsi/controller_axes.hpp>
 
 /// @file
 /// What a KUKA controller and a computer tell each other over the RobotSensorInterface (RSI): names, order and types of
@@ -150,6 +151,7 @@ struct TelegramLayout {
   std::vector<int> linear_externals = {};
   std::vector<double> current_units = {};  ///< [A]
   GripperBits gripper = {};
+  std::optional<ControllerAxes> axes = {};
 
   /// @throws InvalidArgument naming the field.
   void validate() const;
@@ -169,6 +171,8 @@ struct TelegramLayout {
     visit("current_units", self.current_units,
           "Amperes of one unit of the motor current of each axis; empty: not known, currents are not read [A].");
     visit("gripper", self.gripper, "Bits of the gripper in the digital inputs and outputs.");
+    visit("axes", self.axes,
+          "Directions and zeros of the controller's axes, external ones included; none: as the joints.");
   }
 };
 
