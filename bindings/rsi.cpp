@@ -3,6 +3,7 @@
 #include <string>
 
 #include <kr5/core/error.hpp>
+#include <kr5/rsi/axis_mapping.hpp>
 #include <kr5/rsi/controller_files.hpp>
 #include <kr5/rsi/emulator.hpp>
 #include <kr5/rsi/kuka_pose.hpp>
@@ -32,6 +33,9 @@ void bind_layout(py::module_& m) {
   bind_struct<TelegramElement>(m, "TelegramElement", "One element of the controller's sensor configuration.");
   bind_struct<GripperBits>(m, "GripperBits", "Bits of the gripper in the digital inputs and outputs.");
   bind_struct<TelegramField>(m, "TelegramField", "One value of a telegram.");
+  bind_struct<ControllerAxes>(m, "ControllerAxes", "How a controller counts the joints of the arm.")
+      .def("axes", &ControllerAxes::axes, py::arg("q"), "Values of the controller's axes, of joint values [rad or m].")
+      .def("joints", &ControllerAxes::joints, py::arg("axes"), "Joint values, of the controller's axes [rad or m].");
   bind_struct<TelegramLayout>(m, "TelegramLayout", "Both telegrams between controller and computer, and their socket.");
   m.def("usual_layout", &usual_layout, py::arg("controller"), py::arg("target") = CorrectionTarget::Axes,
         "Layout of poses, axes, motor currents and late packets in, corrections and the bits of a gripper out.");
@@ -269,6 +273,21 @@ void bind_diagnosis(py::module_& m) {
         py::arg("options") = DiagnosisOptions{}, "What is wrong with the link of a layout, by what was observed.");
 }
 
+void bind_axis_mapping(py::module_& m) {
+  bind_enum<MappingFrames>(m, "MappingFrames", "Active base and tool of the controller: known | unknown | either.");
+  bind_enum<MappingStatus>(m, "MappingStatus",
+                           "Status of a search: found | ambiguous | not_moved | nothing_fits | too_few_rows.");
+  bind_struct<AxisPoseRow>(m, "AxisPoseRow", "Axis values and pose of one cycle, as a controller tells them.");
+  bind_struct<AxisMappingOptions>(m, "AxisMappingOptions", "Options of find_axis_mapping.");
+  bind_struct<AxisMapping>(m, "AxisMapping", "Directions and zeros by which an arm gives the poses told.");
+  bind_struct<AxisMappingResult>(m, "AxisMappingResult", "Mappings of a controller's axes that fit what it tells.");
+  m.def("axis_pose_rows", &axis_pose_rows, py::arg("observations"), py::arg("layout"),
+        "Axis values and poses of the telegrams that were observed; empty where the layout lacks one of them.");
+  m.def("find_axis_mapping", &find_axis_mapping, py::arg("rows"), py::arg("model"),
+        py::arg("options") = AxisMappingOptions{},
+        "Directions and zeros of a controller's axes, from rows that it told and the model of the arm.");
+}
+
 void bind_side_channel(py::module_& m) {
   bind_enum<SideKind>(m, "SideKind", "Kind of a result: vision | force.");
   bind_struct<VisionResult>(m, "VisionResult", "Where a camera sees something.");
@@ -316,5 +335,6 @@ void bind_rsi(py::module_& m) {
   bind_emulator(m);
   bind_observations(m);
   bind_diagnosis(m);
+  bind_axis_mapping(m);
   bind_side_channel(m);
 }
