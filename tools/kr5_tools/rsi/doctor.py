@@ -20,6 +20,14 @@ from kr5_tools.cli.link_options import (
 )
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.terminal import Console
+from kr5_tools.rsi.axis_mapping import (
+    MAPPING_COLUMNS,
+    find_mapping,
+    is_as_joints,
+    mapping_rows,
+    mapping_sentence,
+    mapping_text,
+)
 from kr5_tools.rsi.findings import finding_words, verdict_sentence
 from kr5_tools.rsi.timing_table import TIMING_COLUMNS, timing_rows
 
@@ -77,7 +85,12 @@ def doctor(
         terminal.print_note("the test motion was not made to its end; its part of the diagnosis is not complete.")
     if not diagnosis.pose_compared and cell:
         terminal.print_note("the layout tells no axis values or no pose, so that they were not compared with the cell.")
-    writing.write_json(as_dict(diagnosis, seen, layout), json_file)
+    mapping = find_mapping(seen, layout, options.model) if options.model else None
+    if mapping:
+        print_mapping(mapping, diagnosis, to)
+    out = as_dict(diagnosis, seen, layout)
+    out["axis_mapping"] = mapping_dict(mapping) if mapping else None
+    writing.write_json(out, json_file)
     if str(diagnosis.verdict) != "sound":
         raise typer.Exit(1)
 
@@ -117,6 +130,27 @@ def print_diagnosis(
         to.print(f"    Remedy: {escape(remedy)}.", soft_wrap=True, markup=True)
     if rows := timing_rows(period=diagnosis.period, answer=diagnosis.answer):
         to.print(tables.make_table("\nTimes", TIMING_COLUMNS, rows))
+
+
+def print_mapping(result: rsi.AxisMappingResult, diagnosis: rsi.LinkDiagnosis, to: Console) -> None:
+    """How the controller counts its axes, where that is not as the cell says."""
+    differs = any(str(finding.kind) == "pose_mismatch" for finding in diagnosis.findings)
+    if not differs or (result.mappings and is_as_joints(result.mappings[0])):
+        return
+    to.print(f"\nAxes of the controller: {mapping_sentence(result)}.", soft_wrap=True, markup=False)
+    for mapping in result.mappings:
+        misfit = f"{1e3 * mapping.position_misfit:.2g} mm, {mapping.rotation_misfit:.2g} rad"
+        to.print(tables.make_table(f"\nMisfit at most {misfit}", MAPPING_COLUMNS, mapping_rows(mapping), text=(1,)))
+        to.print(f"{mapping_text(mapping)}  # [-], [rad]", soft_wrap=True, markup=False)
+
+
+def mapping_dict(result: rsi.AxisMappingResult) -> dict[str, Any]:
+    """What the JSON holds of the axes."""
+    out = result.to_dict()
+    out["sentence"] = mapping_sentence(result)
+    for entry, mapping in zip(out["mappings"], result.mappings):
+        entry["text"] = mapping_text(mapping)
+    return out
 
 
 def as_dict(diagnosis: rsi.LinkDiagnosis, seen: rsi.LinkObservations, layout: rsi.TelegramLayout) -> dict[str, Any]:
