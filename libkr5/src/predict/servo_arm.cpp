@@ -21,7 +21,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double longest_step = 0.005;    // [s]
+constexpr double longest_step = 0.005;   // [s]
 constexpr double shortest_step = 5e-4;   // [s]
 constexpr double angle_per_step = 0.5;   // of the fastest oscillation of a joint on its servo, in a step [rad]
 constexpr int most_settling_passes = 4;  // in which limits and dead bands of a step settle

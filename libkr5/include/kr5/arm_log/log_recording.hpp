@@ -21,12 +21,13 @@ struct LogRecording {
   std::vector<LogProblem> problems;  ///< What speaks against them, where it was trusted nevertheless.
 };
 
-/// Time after which the servos of a cell have forgotten how a motion that starts at q [rad or m] began; 0 without servos
-/// of the joints [s].
+/// Time after which the servos of a cell have forgotten how a motion that starts at q [rad or m] began; 0 without
+/// servos of the joints [s].
 double settle_time(const cell::Cell& cell, const Eigen::VectorXd& q);
 
 /// The experiments of a log: commands where the cell has a servo that follows them, else measured positions, smoothed;
-/// the last part of the motion to check. Efforts, or else currents, are the loads; an arm with torque servos needs none.
+/// the last part of the motion to check. Efforts, or else currents, are the loads; an arm with torque servos needs
+/// none.
 /// @throws InvalidArgument as ArmLog::validate; naming what a diagnosis lacks: a motion, masses of the links, rows.
 LogRecording record_log(const ArmLog& log, const cell::Cell& cell);
 
