@@ -228,7 +228,11 @@ def test_a_damping_ratio_is_the_damping_that_mujoco_makes_of_it(mujoco, tmp_path
 
 
 def test_actuators_that_are_no_position_servos_are_noted(mujoco, tmp_path):
-    found = read_model(save(tmp_path, SERVOS.replace('joint="j1" class="stiff"', 'joint="j1" kp="0"').replace('biastype="affine" ', "")))
+    found = read_model(
+        save(
+            tmp_path, SERVOS.replace('joint="j1" class="stiff"', 'joint="j1" kp="0"').replace('biastype="affine" ', "")
+        )
+    )
     assert found.cell.servo is None
     assert any("j1, j2 have no position servo" in note for note in found.notes)
 
