@@ -155,8 +155,8 @@ class _XmlDocument:
             _place(_append(self.bodies[number], "site", {"name": name}), T)
         for number, body in edits.inertials.items():
             self._put_inertial(self.bodies[number], body)
-        for number, values in edits.actuators.items():
-            self._put_servo(self.actuators[number], values)
+        for number, gains in edits.actuators.items():
+            self._put_servo(self.actuators[number], gains)
         if edits.gravity is not None:
             self._setting("option").set("gravity", number_text(edits.gravity))
         self._move_assets(folder)
@@ -268,8 +268,8 @@ def _flattened(arm: MjcfArm, edits: Edits, folder: Path) -> str:
         element.iquat = stated.get("quat", np.array([1.0, 0.0, 0.0, 0.0]))
         element.inertia = stated.get("diaginertia", np.zeros(3))
         element.fullinertia = stated.get("fullinertia", np.full(6, np.nan))  # of which MuJoCo takes one
-    for number, values in edits.actuators.items():
-        _set_servo(spec.actuators[number], values)
+    for number, gains in edits.actuators.items():
+        _set_servo(spec.actuators[number], gains)
     if edits.gravity is not None:
         spec.option.gravity = edits.gravity
     if folder.resolve() != arm.file.resolve().parent:

@@ -213,9 +213,10 @@ class _Planner:
 
     def _plan_servo(self, k: int, joint: int) -> None:
         before = position_servo(self.arm.model, joint)
-        if not self.cell.has_torque_servos or before is None:
+        servo = self.cell.servo
+        if servo is None or not servo.torque or before is None:
             return
-        now = self.cell.servo.torque_of(k)
+        now = servo.torque_of(k)
         values: dict[str, float] = {}
         if not (alike(now.stiffness, before.stiffness) and alike(now.damping, before.damping)):
             values |= {"kp": now.stiffness / before.gear**2, "kv": now.damping / before.gear**2}

@@ -248,8 +248,9 @@ def _notes(found: physics.FoldedCell, kind: Kind) -> list[str]:
         left = ", ".join(f"{effect.effect} {effect.target}" for effect in found.remaining)
         return [f"these stay effects, for no nominal value holds them: {left}"] if left else []
     notes = []
-    held = ("servo",) if kind == Kind.MJCF and cell.has_torque_servos else ()
-    if held and (lacking := _unheld_servo_parts(cell.servo)):
+    servo = cell.servo if kind == Kind.MJCF else None
+    held = ("servo",) if servo is not None and servo.torque else ()
+    if servo is not None and (lacking := _unheld_servo_parts(servo)):
         notes.append(f"{NAMES[kind]} has no place for these parts of a servo: {', '.join(lacking)}")
     if parts := [name for name in OTHER_PARTS if getattr(cell, name) and name not in held]:
         notes.append(f"{NAMES[kind]} has no place for these parts of the cell: {', '.join(parts)}")
