@@ -38,7 +38,8 @@ arm_log::LogDiagnosis diagnosed(std::uint64_t seed, const Change* change, std::s
 
 }  // namespace
 
-TEST_CASE("what is wrong with a servo or its friction is named from commands and rounded positions") {
+TEST_CASE("what is wrong with a servo or its friction is named from commands and rounded positions",
+          "[not_sanitized]") {
   const Change changes[] = {
       {"servo_stiffness",
        [](cell::Cell& arm, int j, Random& r) { servo_of(arm, j).stiffness *= r.uniform(0.5, 0.75); }},
@@ -57,7 +58,7 @@ TEST_CASE("what is wrong with a servo or its friction is named from commands and
   CHECK(found.diagnosis.verdict == gap::Verdict::Explained);
 }
 
-TEST_CASE("an arm that is as its model says has no gap in commands and rounded positions") {
+TEST_CASE("an arm that is as its model says has no gap in commands and rounded positions", "[not_sanitized]") {
   std::string target;
   const arm_log::LogDiagnosis found = diagnosed(7200, nullptr, target);
   INFO(text(found.diagnosis));
