@@ -22,6 +22,8 @@ from kr5_tools.rsi.findings import WORDS, finding_words
 HOME = (10.0, -80.0, 95.0, 5.0, 60.0, -20.0)  # [deg]
 POSE = (445.0, 20.0, 790.0, 10.0, 85.0, -5.0)  # [mm, deg]
 PATIENCE = 25  # cycles
+PUNCTUAL = 0.03  # [s] by which a telegram may go late from a computer that has time for a controller
+TRIALS = 5  # of a busy computer
 LATENESS = {"jitter", "late_answers"}  # what a busy computer may add, and no more
 CONFIGURATION = """<ROOT>
   <CONFIG><IP_NUMBER>127.0.0.1</IP_NUMBER><PORT>{port}</PORT><SENTYPE>ImFree</SENTYPE><ONLYSEND>FALSE</ONLYSEND></CONFIG>
@@ -67,6 +69,7 @@ class Controller(threading.Thread):
     sent: int = 0
     late: int = 0
     most: float = 0.0  # motion of an axis [deg]
+    delay: float = 0.0  # of the telegram that went out latest [s]
 
     def __post_init__(self):
         super().__init__(daemon=True)
@@ -107,6 +110,7 @@ class Controller(threading.Thread):
                 self.send(end, other, moved)
                 due += self.cycle
                 time.sleep(max(due - time.monotonic(), 0.0))
+                self.delay = max(self.delay, time.monotonic() - due)
                 correction = self.take_answers(end, correction)
                 moved += (self.gain * correction - moved) * 0.2
                 self.most = max(self.most, np.abs(moved).max())
@@ -166,15 +170,19 @@ def layout_file(tmp_path):
 
 @pytest.fixture
 def doctor(run_kr5, layout_file):
-    """Runs the doctor at a controller; gives what it said and its JSON."""
+    """Runs the doctor at a controller; gives what it said and its JSON. It runs again where this computer was too busy
+    to be a controller: then the link has faults that the test does not know of."""
 
     def run(*options, seconds=1.5, replaced=None, **behaviour):
-        port = free_port()
-        file = layout_file(port, **(replaced or {}))
-        with Controller(port, **behaviour) as controller:
-            done = run_kr5(
-                "rsi", "doctor", file, "--for", seconds, "--listen", "127.0.0.1", "--json", "o.json", *options
-            )
+        for _ in range(TRIALS):
+            port = free_port()
+            file = layout_file(port, **(replaced or {}))
+            with Controller(port, **behaviour) as controller:
+                done = run_kr5(
+                    "rsi", "doctor", file, "--for", seconds, "--listen", "127.0.0.1", "--json", "o.json", *options
+                )
+            if controller.delay < PUNCTUAL:
+                break
         data = json.loads((file.parent / "o.json").read_text()) if done.returncode < 2 else None
         return done, data, controller
 
@@ -376,9 +384,9 @@ def test_the_monitor_ends_by_ctrl_c_and_keeps_its_log(layout_file, tmp_path):
             [*command, "--json", "o.json"], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
             env={**os.environ, "COLUMNS": "80"},
         )  # fmt: skip
-        while not any(tmp_path.glob(".kr5-*.csv")) and running.poll() is None:
-            time.sleep(0.02)
-        time.sleep(1.0)
+        while sum(file.read_bytes().count(b"\n") for file in tmp_path.glob(".kr5-*.csv")) <= 51:
+            assert running.poll() is None
+            time.sleep(0.05)
         running.send_signal(signal.SIGINT)
         out, error = running.communicate(timeout=60)
     assert running.returncode == 0, error

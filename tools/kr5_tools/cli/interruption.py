@@ -14,6 +14,7 @@ GRACE = 0.5  # [s] in which a command may end by itself, unless it waits for the
 
 _shields = 0  # sections that are being carried out which Ctrl-C must not break
 _pending = False  # Ctrl-C came in such a section
+_is_end = False  # Ctrl-C was the end that the command waits for
 _kept: Callable[[], str] | None = None
 _children: set[subprocess.Popen[str]] = set()
 
@@ -21,7 +22,10 @@ _children: set[subprocess.Popen[str]] = set()
 @contextlib.contextmanager
 def prompt_interruption(give_up: Callable[[], None]) -> Iterator[None]:
     """Ctrl-C inside raises KeyboardInterrupt, once; where that has not ended the block within GRACE, `give_up` is
-    called by a thread beside, and the process ends at once with STOPPED. For the main thread."""
+    called by a thread beside, and the process ends at once with STOPPED, unless the command took it as its end. For the
+    main thread."""
+    global _is_end
+    _is_end = False
     over, heard = threading.Event(), threading.Event()
 
     def hear(number: int, frame: object) -> None:
@@ -39,10 +43,11 @@ def prompt_interruption(give_up: Callable[[], None]) -> Iterator[None]:
     def watch() -> None:
         while data := os.read(reading, 1):
             if data[0] == signal.SIGINT and not over.wait(GRACE):
-                while _shields and not over.is_set():
+                while (_shields or _is_end) and not over.is_set():
                     time.sleep(0.01)
-                give_up()
-                os._exit(STOPPED)
+                if not over.is_set():
+                    give_up()
+                    os._exit(STOPPED)
 
     reading, writing = os.pipe()
     os.set_blocking(writing, False)
@@ -72,6 +77,12 @@ def shielded() -> Iterator[None]:
         if _pending and not _shields:
             _pending = False
             raise KeyboardInterrupt
+
+
+def take_as_end() -> None:
+    """Ctrl-C was the end that the command waits for: it concludes in its own time, however busy the computer is."""
+    global _is_end
+    _is_end = True
 
 
 def tell_when_stopped(text: Callable[[], str] | None) -> None:

@@ -15,7 +15,7 @@ from rich.live import Live
 from rich.text import Text
 
 from kr5_tools.cli import arguments, tables, terminal
-from kr5_tools.cli.interruption import shielded
+from kr5_tools.cli.interruption import shielded, take_as_end
 from kr5_tools.cli.link_options import (
     LayoutArgument,
     ListenOption,
@@ -112,13 +112,15 @@ def _watch(
 
     with _live() as live:
         end = None if seconds is None else time.monotonic() + seconds
-        with contextlib.suppress(KeyboardInterrupt):
+        try:
             while end is None or time.monotonic() < end:
                 time.sleep(PERIOD if end is None else max(min(PERIOD, end - time.monotonic()), 0.0))
                 with shielded():
                     look()
                     if live:
                         live.update(state_view(recorder.statistics(), faulty), refresh=True)
+        except KeyboardInterrupt:
+            take_as_end()
         with shielded():
             look()
     return count
