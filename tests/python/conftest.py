@@ -5,11 +5,11 @@ import os
 import re
 import signal
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
+from command_runner import run_command
 from headless import CHROMIUM, Browser
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -57,9 +57,7 @@ def run_kr5(tmp_path):
     must fit the width of a terminal, with nothing cut off."""
 
     def run(*args, cwd=tmp_path, timeout=600, width=WIDTH) -> subprocess.CompletedProcess:
-        command = [sys.executable, "-m", "kr5_tools", *map(str, args)]
-        environment = {**os.environ, "COLUMNS": str(width)}
-        done = subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=timeout, env=environment)
+        done = run_command(*args, cwd=cwd, timeout=timeout, width=width)
         for text in (done.stdout, done.stderr):
             check_tables(text, width)
         return done
@@ -83,8 +81,8 @@ def worn_recording(tmp_path_factory, share) -> Path:
     folder = tmp_path_factory.mktemp("worn") / "recording"
     data = share / "data/demo"
     words = ["record", "--cell", data / "worn_cell.yaml", "--protocol", data / "protocol.yaml", "--nominal"]
-    command = [sys.executable, "-m", "kr5_tools", *map(str, words), "-o", str(folder)]
-    subprocess.run(command, check=True, capture_output=True, timeout=600)
+    done = run_command(*words, "-o", folder, cwd=folder.parent)
+    assert done.returncode == 0, done.stderr
     return folder
 
 

@@ -1,8 +1,6 @@
 """The simulated bin from Python and `kr5 bin simulate`."""
 
 import json
-import subprocess
-import sys
 
 import kr5
 import kr5.sim as sim
@@ -10,6 +8,8 @@ import numpy as np
 import pytest
 import yaml
 from PIL import Image
+
+from command_runner import run_command
 
 SMALL = """\
 T_base_bin: [0.7, -0.1, 0.2, 0.0, 0.0, 0.4]
@@ -19,8 +19,7 @@ size: [0.1, 0.09, 0.08]
 
 def simulate(arguments, cwd):
     """Runs `kr5 bin simulate out` with these words."""
-    words = [sys.executable, "-m", "kr5_tools", "bin", "simulate", "out", *arguments.split()]
-    return subprocess.run(words, cwd=cwd, capture_output=True, text=True)
+    return run_command("bin", "simulate", "out", *arguments.split(), cwd=cwd)
 
 
 def small_pile(count=12, progress=None):

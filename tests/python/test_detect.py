@@ -1,8 +1,6 @@
 """`kr5 detect` and the Python surface of detection."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import kr5
@@ -10,11 +8,11 @@ import numpy as np
 import pytest
 from kr5 import vision
 
+from command_runner import run_command
+
 
 def run(*words):
-    return subprocess.run(
-        [sys.executable, "-m", "kr5_tools", "detect", *map(str, words)], capture_output=True, text=True
-    )
+    return run_command("detect", *words, cwd=Path.cwd())
 
 
 @pytest.fixture

@@ -3,8 +3,6 @@
 import html
 import json
 import math
-import subprocess
-import sys
 from pathlib import Path
 
 import kr5
@@ -17,6 +15,7 @@ import pytest
 import yaml
 from kr5.gap import Cause, ColumnExcess, Dependence, Diagnosis, EffectName, ParameterEstimate
 
+from command_runner import run_command
 from kr5_tools.cli.numbers import format_number, format_percent
 from kr5_tools.gap.terminal_report import cause_line
 from kr5_tools.gap_report.clock_faults import clock_remedy
@@ -52,24 +51,8 @@ def recorded(tmp_path_factory):
             for parameter, value in e["values"].items():
                 cell.set_effect(e["effect"], e["target"], parameter, value)
         kr5.cell.save_cell(cell, folder / f"{name}.yaml")
-        done = subprocess.run(
-            [
-                sys.executable,
-                "-m",
-                "kr5_tools",
-                "record",
-                "--cell",
-                f"{name}.yaml",
-                "--protocol",
-                "protocol.yaml",
-                "-o",
-                name,
-                "--nominal",
-            ],
-            cwd=folder,
-            capture_output=True,
-            text=True,
-        )
+        words = ["record", "--cell", f"{name}.yaml", "--protocol", "protocol.yaml", "-o", name, "--nominal"]
+        done = run_command(*words, cwd=folder)
         assert done.returncode == 0, done.stderr
     return folder
 
@@ -154,12 +137,7 @@ def diagnoses(recorded):
 @pytest.fixture(scope="module")
 def pages(diagnoses, recorded):
     for name, file in diagnoses.items():
-        done = subprocess.run(
-            [sys.executable, "-m", "kr5_tools", "report", str(file), "-o", f"{name}.html", "--png", f"{name}-png"],
-            cwd=recorded,
-            capture_output=True,
-            text=True,
-        )
+        done = run_command("report", file, "-o", f"{name}.html", "--png", f"{name}-png", cwd=recorded)
         assert done.returncode == 0, done.stderr
     return recorded
 

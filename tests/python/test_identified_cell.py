@@ -8,18 +8,17 @@ import kr5.predict
 import numpy as np
 import pytest
 
+from command_runner import run_command
+
 OPTIONS = ("--no-smooth-torques", "--min-speed", "0.02")  # the arm of the cases pauses
 
 
 @pytest.fixture(scope="module")
 def healthy(reference, tmp_path_factory):
     """The cell as identified from the recording without an effect."""
-    import subprocess
-    import sys
-
     folder = tmp_path_factory.mktemp("healthy")
     words = ["identify", "dynamics", str(reference / "cases/case-006"), *OPTIONS, "--write-cell", "cell.yaml"]
-    done = subprocess.run([sys.executable, "-m", "kr5_tools", *words], cwd=folder, capture_output=True, text=True)
+    done = run_command(*words, cwd=folder)
     assert done.returncode == 0, done.stderr
     return kr5.cell.load_cell(folder / "cell.yaml")
 

@@ -2,13 +2,12 @@
 
 import re
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import matplotlib.figure
 import pytest
 
+from command_runner import run_command
 from conftest import ROOT
 from kr5_tools.pages import plot_style, rendering
 
@@ -25,8 +24,7 @@ def page(tmp_path_factory):
     """A page with a drawing in 3D and plots."""
     folder = tmp_path_factory.mktemp("theme")
     shutil.copy(DATA / "hand_eye.json", folder)
-    command = [sys.executable, "-m", "kr5_tools", "report", "hand_eye.json"]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
+    done = run_command("report", "hand_eye.json", cwd=folder)
     assert done.returncode == 0, done.stderr
     return folder / "report.html"
 

@@ -1,8 +1,6 @@
 """`kr5 pick` and `kr5 bin empty`, on simulated bins and on clouds in other files."""
 
 import json
-import subprocess
-import sys
 
 import kr5
 import numpy as np
@@ -10,11 +8,8 @@ import pytest
 import yaml
 from kr5 import picking, sim
 
+from command_runner import run_command
 from kr5_tools.picking.simulate import true_pellets
-
-
-def run(words, cwd):
-    return subprocess.run([sys.executable, "-m", "kr5_tools", *words], cwd=cwd, capture_output=True, text=True)
 
 
 @pytest.fixture(scope="module")
@@ -23,7 +18,7 @@ def scanned(tmp_path_factory):
     folder = tmp_path_factory.mktemp("scanned")
     (folder / "own.yaml").write_text("T_base_bin: [0.5, 0.2, 0.1, 0.02, -0.03, 0.4]\nsize: [0.12, 0.12, 0.08]\n")
     words = ["bin", "simulate", "out", "--bin", "own.yaml", "--pellets", "24", "--pitch", "0.0007", "--seed", "4"]
-    done = run(words, folder)
+    done = run_command(*words, cwd=folder)
     assert done.returncode == 0, done.stderr
     return folder / "out", json.loads((folder / "out/truth.json").read_text())
 
@@ -45,12 +40,12 @@ def median_error(pellets, truth):
 
 def test_an_image_refines_what_the_cloud_does_not_tell(tmp_path):
     words = ["bin", "simulate", "out", "--pellets", "60", "--pitch", "0.001", "--noise", "0.0002", "--seed", "6"]
-    assert run(words, tmp_path).returncode == 0
+    assert run_command(*words, cwd=tmp_path).returncode == 0
     folder = tmp_path / "out"
     truth = json.loads((folder / "truth.json").read_text())["pellets"]
     words = ["pick", "cloud.npz", "--bin", "bin.yaml", "--json", "-"]
-    plain = json.loads(run(words, folder).stdout)["pellets"]
-    done = run([*words, "--image", "image.png", "--camera", "camera.yaml"], folder)
+    plain = json.loads(run_command(*words, cwd=folder).stdout)["pellets"]
+    done = run_command(*words, "--image", "image.png", "--camera", "camera.yaml", cwd=folder)
     assert done.returncode == 0, done.stderr
     assert "refined by it" in done.stderr
     seen = json.loads(done.stdout)["pellets"]
@@ -83,7 +78,7 @@ def test_images_that_cannot_refine_are_refused_in_words(scanned, words, text):
     (folder / "bad.yaml").write_text(yaml.safe_dump(camera | {"T_base_camera": [1, 2, "x"]}))
     (folder / "away.yaml").write_text(yaml.safe_dump(camera | {"T_base_camera": [*pose[:3], 0.0, 0.0, 0.0]}))
     (folder / "small.yaml").write_text(yaml.safe_dump(camera | {"width": 640, "height": 480, "T_base_camera": pose}))
-    done = run(["pick", "cloud.npz", "--bin", "bin.yaml", *words], folder)
+    done = run_command("pick", "cloud.npz", "--bin", "bin.yaml", *words, cwd=folder)
     assert done.returncode == 2
     assert text in done.stderr and "Traceback" not in done.stderr
 
@@ -95,16 +90,16 @@ def saved(folder, name, arrays):
 
 def test_profiles_become_a_cloud_with_the_lag_taken_out(tmp_path):
     words = ["bin", "simulate", "out", "--pellets", "20", "--delay", "0.02", "--seed", "5", "--noise", "0.00002"]
-    assert run(words, tmp_path).returncode == 0
+    assert run_command(*words, cwd=tmp_path).returncode == 0
     folder = tmp_path / "out"
     truth = json.loads((folder / "truth.json").read_text())["pellets"]
     with np.load(folder / "cloud.npz") as data:
         arrays = {k: data[k] for k in ("profile_x", "profile_z", "times", "T_base_flange", "T_flange_scanner", "delay")}
     profiles = saved(folder, "profiles.npz", arrays)
     words = ["--bin", "bin.yaml", "--json", "-"]
-    corrected = json.loads(run(["pick", profiles, *words], folder).stdout)["pellets"]
-    ignored = json.loads(run(["pick", profiles, "--delay", "0", *words], folder).stdout)["pellets"]
-    stamped = json.loads(run(["pick", "cloud.npz", *words], folder).stdout)["pellets"]
+    corrected = json.loads(run_command("pick", profiles, *words, cwd=folder).stdout)["pellets"]
+    ignored = json.loads(run_command("pick", profiles, "--delay", "0", *words, cwd=folder).stdout)["pellets"]
+    stamped = json.loads(run_command("pick", "cloud.npz", *words, cwd=folder).stdout)["pellets"]
     assert median_error(ignored, truth) == pytest.approx(0.02 * 0.05, rel=0.25), "the speed of the scan times the delay"
     assert median_error(corrected, truth) < 0.3 * median_error(ignored, truth)
     assert median_error(stamped, truth) == pytest.approx(median_error(ignored, truth), rel=1e-6)
@@ -130,7 +125,7 @@ def test_damaged_profiles_are_refused_in_words(scanned, change, text):
             del arrays[name]
         else:
             arrays[name] = arrays[name][::-1] if isinstance(value, str) else value
-    done = run(["pick", saved(folder, "damaged.npz", arrays), "--bin", "bin.yaml"], folder)
+    done = run_command("pick", saved(folder, "damaged.npz", arrays), "--bin", "bin.yaml", cwd=folder)
     assert done.returncode == 2
     assert text in done.stderr and "Traceback" not in done.stderr
 
@@ -138,14 +133,14 @@ def test_damaged_profiles_are_refused_in_words(scanned, change, text):
 def test_a_lag_belongs_to_profiles(scanned):
     folder, _ = scanned
     np.save(folder / "plain.npy", np.zeros((10, 3)))
-    done = run(["pick", "plain.npy", "--bin", "bin.yaml", "--delay", "0.01"], folder)
+    done = run_command("pick", "plain.npy", "--bin", "bin.yaml", "--delay", "0.01", cwd=folder)
     assert done.returncode == 2 and "holds no profiles" in done.stderr
 
 
 def test_pick_finds_the_visible_cylinders_and_says_what_to_do_with_each(scanned):
     folder, truth = scanned
     words = ["pick", "cloud.npz", "--bin", "bin.yaml", "--radius", "0.008", "--height", "0.014:0.017"]
-    done = run([*words, "--json", "picks.json", "--png", "picks.png", "-o", "result.json"], folder)
+    done = run_command(*words, "--json", "picks.json", "--png", "picks.png", "-o", "result.json", cwd=folder)
     assert done.returncode == 0, done.stderr
     assert "can be picked now" in done.stdout and "mm" in done.stdout
     data = json.loads((folder / "picks.json").read_text())
@@ -161,7 +156,7 @@ def test_pick_finds_the_visible_cylinders_and_says_what_to_do_with_each(scanned)
         C = np.array(p["covariance"])
         assert C.shape == (6, 6) and np.allclose(C, C.T) and np.linalg.eigvalsh(C).min() > -1e-12
     assert (folder / "picks.png").read_bytes()[:4] == b"\x89PNG"
-    page = run(["report", "result.json", "-o", "page.html"], folder)
+    page = run_command("report", "result.json", "-o", "page.html", cwd=folder)
     assert page.returncode == 0, page.stderr
     assert "Picks from a bin" in (folder / "page.html").read_text()
 
@@ -190,7 +185,7 @@ def test_clouds_of_other_programs_give_the_same_cylinders(scanned, tmp_path, end
     points = np.load(folder / "cloud.npz")["points"]
     (tmp_path / f"cloud.{ending}").write_bytes(writer(points))  # without the places they were seen from
     words = ["pick", f"cloud.{ending}", "--bin", str(folder / "bin.yaml"), "--json", "picks.json"]
-    done = run(words, tmp_path)
+    done = run_command(*words, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     found = [right(p, truth["pellets"]) for p in json.loads((tmp_path / "picks.json").read_text())["pellets"]]
     visible = [i for i, t in enumerate(truth["pellets"]) if min(t["exposed"], t["seen"]) >= 0.4]
@@ -207,7 +202,7 @@ def test_an_organised_cloud_in_the_frame_of_the_sensor_is_taken_with_its_pose(sc
     np.save(tmp_path / "cloud.npy", rows.reshape(-1, 500, 3))
     frame = "0.5,0.2,0.6,3.141592653589793,0,0"
     words = ["pick", "cloud.npy", "--bin", str(folder / "bin.yaml"), "--frame", frame, "--json", "-"]
-    done = run(words, tmp_path)
+    done = run_command(*words, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     found = {right(p, truth["pellets"]) for p in json.loads(done.stdout)["pellets"]} - {None}
     assert len(found) >= 12
@@ -231,7 +226,9 @@ def test_an_organised_cloud_in_the_frame_of_the_sensor_is_taken_with_its_pose(sc
 def test_clouds_and_options_that_cannot_be_used_are_refused_in_words(scanned, tmp_path, change, words, text):
     folder, _ = scanned
     np.savez(tmp_path / "cloud.npz", points=change(np.load(folder / "cloud.npz")["points"]))
-    done = run(["pick", "cloud.npz", "--bin", str(folder / "bin.yaml"), *words, "--json", "out.json"], tmp_path)
+    done = run_command(
+        "pick", "cloud.npz", "--bin", str(folder / "bin.yaml"), *words, "--json", "out.json", cwd=tmp_path
+    )
     assert done.returncode == 2
     assert text in done.stderr
     assert not (tmp_path / "out.json").exists()
@@ -240,14 +237,14 @@ def test_clouds_and_options_that_cannot_be_used_are_refused_in_words(scanned, tm
 def test_files_that_are_no_cloud_or_no_bin_are_named(scanned, tmp_path):
     folder, _ = scanned
     (tmp_path / "bin.yaml").write_text("T_base_bin: [0, 0, 0]\nsize: [0.1, 0.1, 0.1]\n")
-    assert "T_base_bin" in run(["pick", str(folder / "cloud.npz"), "--bin", "bin.yaml"], tmp_path).stderr
-    assert "--bin" in run(["pick", str(folder / "cloud.npz")], tmp_path).stderr
+    assert "T_base_bin" in run_command("pick", str(folder / "cloud.npz"), "--bin", "bin.yaml", cwd=tmp_path).stderr
+    assert "--bin" in run_command("pick", str(folder / "cloud.npz"), cwd=tmp_path).stderr
     (tmp_path / "cut.pcd").write_bytes(as_pcd(np.zeros((50, 3)))[:-40])
-    assert "cut.pcd" in run(["pick", "cut.pcd", "--bin", str(folder / "bin.yaml")], tmp_path).stderr
+    assert "cut.pcd" in run_command("pick", "cut.pcd", "--bin", str(folder / "bin.yaml"), cwd=tmp_path).stderr
     (tmp_path / "cloud.stl").write_text("solid")
-    assert ".pcd" in run(["pick", "cloud.stl", "--bin", str(folder / "bin.yaml")], tmp_path).stderr
+    assert ".pcd" in run_command("pick", "cloud.stl", "--bin", str(folder / "bin.yaml"), cwd=tmp_path).stderr
     np.savez(tmp_path / "other.npz", depth=np.zeros(3))
-    assert "depth" in run(["pick", "other.npz", "--bin", str(folder / "bin.yaml")], tmp_path).stderr
+    assert "depth" in run_command("pick", "other.npz", "--bin", str(folder / "bin.yaml"), cwd=tmp_path).stderr
 
 
 def test_an_empty_bin_offers_no_pick(tmp_path):
@@ -255,7 +252,7 @@ def test_an_empty_bin_offers_no_pick(tmp_path):
     x, y = np.meshgrid(g, g)
     np.savez(tmp_path / "cloud.npz", points=np.stack([x, y, 0 * x + 1e-4 * np.sin(900 * x)], -1).reshape(-1, 3))
     (tmp_path / "bin.yaml").write_text("T_base_bin: [0, 0, 0, 0, 0, 0]\nsize: [0.2, 0.2, 0.1]\n")
-    done = run(["pick", "cloud.npz", "--bin", "bin.yaml", "--json", "out.json"], tmp_path)
+    done = run_command("pick", "cloud.npz", "--bin", "bin.yaml", "--json", "out.json", cwd=tmp_path)
     assert done.returncode == 1 and "the bin is empty" in done.stdout
     assert json.loads((tmp_path / "out.json").read_text())["pellets"] == []
 
@@ -285,7 +282,7 @@ def test_the_clock_of_the_scanner_is_taken_into_account():
 def test_a_small_bin_is_emptied_with_a_page_of_every_decision(tmp_path):
     (tmp_path / "own.yaml").write_text("T_base_bin: [0.5, 0.2, 0.1, 0, 0, 0.4]\nsize: [0.12, 0.12, 0.08]\n")
     words = ["bin", "empty", "--pellets", "8", "--bin", "own.yaml", "--pitch", "0.001", "--seed", "2"]
-    done = run([*words, "-o", "page.html", "--json", "run.json"], tmp_path)
+    done = run_command(*words, "-o", "page.html", "--json", "run.json", cwd=tmp_path)
     assert done.returncode == 0, done.stderr + done.stdout
     data = json.loads((tmp_path / "run.json").read_text())
     one = data["bins"][0]

@@ -2,13 +2,13 @@
 
 import json
 import re
-import subprocess
-import sys
 
 import kr5
 import kr5.vision
 import numpy as np
 import pytest
+
+from command_runner import run_command
 
 CAMERA = {"width": 320, "height": 240, "fx": 300.0, "fy": 300.0, "cx": 159.5, "cy": 119.5}
 SCENE = """
@@ -17,12 +17,6 @@ targets:
 - {target: "chessboard:3x4:0.03", T_camera_target: [-0.04, -0.03, 0.4, 0.2, 0.1, 0.1]}
 options: {blur: 0.7, noise: 2, seed: 4}
 """
-
-
-def command(*arguments, cwd):
-    return subprocess.run(
-        [sys.executable, "-m", "kr5_tools", *map(str, arguments)], cwd=cwd, capture_output=True, text=True
-    )
 
 
 def square_on(z):
@@ -62,7 +56,7 @@ def test_an_image_goes_to_a_file_and_back(tmp_path):
 
 def test_kr5_render_writes_image_and_truth(tmp_path):
     (tmp_path / "scene.yaml").write_text(SCENE)
-    done = command("render", "scene.yaml", "-o", "view.png", "--truth", "view.json", cwd=tmp_path)
+    done = run_command("render", "scene.yaml", "-o", "view.png", "--truth", "view.json", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert kr5.vision.load_image(str(tmp_path / "view.png")).shape == (240, 320)
     assert len(json.loads((tmp_path / "view.json").read_text())[0]["ids"]) == 12
@@ -82,22 +76,21 @@ def test_kr5_render_writes_image_and_truth(tmp_path):
 def test_a_bad_scene_is_refused(tmp_path, old, new, complaint):
     assert old in SCENE
     (tmp_path / "scene.yaml").write_text(SCENE.replace(old, new))
-    done = command("render", "scene.yaml", "-o", "view.png", cwd=tmp_path)
+    done = run_command("render", "scene.yaml", "-o", "view.png", cwd=tmp_path)
     assert done.returncode == 2 and complaint in done.stderr and "Traceback" not in done.stderr
     assert not (tmp_path / "view.png").exists()
 
 
 def test_a_target_is_printed_to_scale(tmp_path):
-    done = command(
+    done = run_command(
         "target", "print", "--target", "chessboard:3x4:0.0254", "-o", "board.png", "--dpi", 200, cwd=tmp_path
     )
     assert done.returncode == 0, done.stderr
     image = kr5.vision.load_image(str(tmp_path / "board.png"))
     edges = np.flatnonzero(np.diff((image[200] < 128).astype(int)))  # along the first row of squares: 5 of one inch
     assert np.abs(np.diff(edges) - 200).max() <= 1 and len(edges) == 6
-    assert (
-        command("target", "print", "--target", "chessboard:3x4:0.0254", "-o", "board.pdf", cwd=tmp_path).returncode == 0
-    )
+    done = run_command("target", "print", "--target", "chessboard:3x4:0.0254", "-o", "board.pdf", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
     assert (tmp_path / "board.pdf").read_bytes().startswith(b"%PDF")
 
 
@@ -112,7 +105,9 @@ def dark_runs(line):
 )
 def test_a_target_is_printed_on_a_sheet_of_paper_with_a_ruler_of_100_mm(tmp_path, paper, size):
     board = "chessboard:5x8:0.025"
-    done = command("target", "print", "--target", board, "--paper", paper, "-o", "b.png", "--dpi", 254, cwd=tmp_path)
+    done = run_command(
+        "target", "print", "--target", board, "--paper", paper, "-o", "b.png", "--dpi", 254, cwd=tmp_path
+    )
     assert done.returncode == 0, done.stderr
     assert "landscape" in done.stdout and "100 %" in done.stdout
     image = kr5.vision.load_image(str(tmp_path / "b.png"))
@@ -128,10 +123,10 @@ def test_a_target_is_printed_on_a_sheet_of_paper_with_a_ruler_of_100_mm(tmp_path
 
 
 def test_the_example_of_the_help_fits_on_a4(tmp_path):
-    text = " ".join(command("target", "print", "--help", cwd=tmp_path).stdout.split())
+    text = " ".join(run_command("target", "print", "--help", cwd=tmp_path).stdout.split())
     words = text.split("Example: kr5 ")[1].split()
     assert "a4" in words
-    done = command(*words, cwd=tmp_path)
+    done = run_command(*words, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     page = (tmp_path / "board.pdf").read_bytes()
     (box,) = re.findall(rb"/MediaBox \[([^\]]*)\]", page)
@@ -150,17 +145,19 @@ def test_the_example_of_the_help_fits_on_a4(tmp_path):
     ],
 )
 def test_a_target_that_does_not_fit_is_refused_with_the_largest_that_does(tmp_path, words, complaint):
-    done = command("target", "print", "--target", *words, "-o", "b.png", cwd=tmp_path)
+    done = run_command("target", "print", "--target", *words, "-o", "b.png", cwd=tmp_path)
     assert done.returncode == 2 and complaint in " ".join(done.stderr.split()) and "Traceback" not in done.stderr
     assert not (tmp_path / "b.png").exists()
     if "the largest that fits is " in done.stderr:
         smaller = done.stderr.split("the largest that fits is ")[1].split(";")[0].strip()
-        again = command("target", "print", "--target", smaller, *words[1:], "-o", "b.png", "--dpi", 50, cwd=tmp_path)
+        again = run_command(
+            "target", "print", "--target", smaller, *words[1:], "-o", "b.png", "--dpi", 50, cwd=tmp_path
+        )
         assert again.returncode == 0, again.stderr
     if proposed := re.search(r"or --paper (\w+)", " ".join(done.stderr.split())):
         orientation = words[words.index("--orientation") :] if "--orientation" in words else []
         on = ("--paper", proposed[1], *orientation, "-o", "b.png", "--dpi", 50)
-        again = command("target", "print", "--target", words[0], *on, cwd=tmp_path)
+        again = run_command("target", "print", "--target", words[0], *on, cwd=tmp_path)
         assert again.returncode == 0, again.stderr
 
 
@@ -174,5 +171,5 @@ def test_a_target_that_does_not_fit_is_refused_with_the_largest_that_does(tmp_pa
     ],
 )
 def test_a_target_that_cannot_be_printed_is_named(tmp_path, board, file):
-    done = command("target", "print", "--target", board, "-o", file, cwd=tmp_path)
+    done = run_command("target", "print", "--target", board, "-o", file, cwd=tmp_path)
     assert done.returncode == 2 and "Traceback" not in done.stderr and (board in done.stderr or file in done.stderr)

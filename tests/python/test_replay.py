@@ -4,8 +4,6 @@ import base64
 import importlib.util
 import json
 import shutil
-import subprocess
-import sys
 
 import kr5.cell
 import kr5.gap
@@ -14,6 +12,7 @@ import numpy as np
 import pytest
 import yaml
 
+from command_runner import run_command
 from kr5_tools.replay.signals import experiment_signals
 
 START = [0.0, -0.3, -1.9, 0.1, 0.5, 0.2]
@@ -99,9 +98,7 @@ def simulated(tmp_path_factory, share):
     cell.set_effect("coulomb_friction", "joint5", "coulomb", 6.0)
     kr5.cell.save_cell(cell, folder / "worn.yaml")
     command = ["record", "--cell", "worn.yaml", "--protocol", "protocol.yaml", "-o", "monday", "--nominal"]
-    done = subprocess.run(
-        [sys.executable, "-m", "kr5_tools", *command], cwd=folder, capture_output=True, text=True, check=False
-    )
+    done = run_command(*command, cwd=folder)
     assert done.returncode == 0, done.stderr
     return folder
 

@@ -2,24 +2,17 @@
 
 import json
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 from kr5 import vision
 
+from command_runner import run_command
 from test_tool import streams, write_stream
 
 DATA = Path(__file__).parent / "data"
 RESULTS = ("camera", "detection", "hand_eye", "marker_map", "timed", "tool")
-
-
-def kr5(*arguments, cwd):
-    return subprocess.run(
-        [sys.executable, "-m", "kr5_tools", *map(str, arguments)], cwd=cwd, capture_output=True, text=True
-    )
 
 
 @pytest.fixture(scope="module")
@@ -51,7 +44,7 @@ def pages(tmp_path_factory, share):
         ],
         *(["report", f"{name}.json", "-o", f"{name}.html", "--png", f"{name}-png"] for name in RESULTS),
     ):
-        done = kr5(*command, cwd=folder)
+        done = run_command(*command, cwd=folder)
         assert done.returncode == 0, done.stderr
     return folder
 
@@ -141,7 +134,7 @@ def test_a_drawing_that_is_gone_is_replaced_by_the_image_with_its_points(pages, 
     data = json.loads((pages / "detection.json").read_text())
     data["views"][0]["drawing"] = str(tmp_path / "gone.png")
     (tmp_path / "r.json").write_text(json.dumps(data))
-    assert kr5("report", "r.json", cwd=tmp_path).returncode == 0
+    assert run_command("report", "r.json", cwd=tmp_path).returncode == 0
     page = (tmp_path / "report.html").read_text()
     assert page.count("data:image/jpeg") == 4
     assert page.count("<circle") == min(len(data["found"][0]["ids"]), 150)
@@ -155,7 +148,7 @@ def test_thumbnails_are_shown_when_the_images_are_there(tmp_path):
     data["views"][0]["image"] = "a.png"
     data["views"][1]["image"] = "gone.png"
     (tmp_path / "r.json").write_text(json.dumps(data))
-    assert kr5("report", "r.json", cwd=tmp_path).returncode == 0
+    assert run_command("report", "r.json", cwd=tmp_path).returncode == 0
     assert (tmp_path / "report.html").read_text().count("data:image/jpeg") == 1
 
 
@@ -168,7 +161,7 @@ def test_text_from_the_file_cannot_become_markup(tmp_path):
         ],
     }
     (tmp_path / "r.json").write_text(json.dumps(data))
-    assert kr5("report", "r.json", cwd=tmp_path).returncode == 0
+    assert run_command("report", "r.json", cwd=tmp_path).returncode == 0
     page = (tmp_path / "report.html").read_text()
     assert "<script>alert" not in page and "</script><b>" not in page
 
@@ -213,7 +206,7 @@ def test_text_from_the_file_cannot_become_markup(tmp_path):
 def test_a_bad_result_file_is_refused_and_the_old_page_kept(tmp_path, content, complaint):
     (tmp_path / "r.json").write_text(content)
     (tmp_path / "report.html").write_text("old")
-    done = kr5("report", "r.json", cwd=tmp_path)
+    done = run_command("report", "r.json", cwd=tmp_path)
     assert done.returncode == 2
     assert complaint in done.stderr and "r.json" in done.stderr and "Traceback" not in done.stderr
     assert (tmp_path / "report.html").read_text() == "old"
@@ -223,18 +216,18 @@ def test_a_figure_with_its_cause_corrected_stands_beside_it(tmp_path, browser):
     data = json.loads((DATA / "hand_eye.json").read_text())
     data["figures"][0]["corrected"] = [-85.9123, 0.7123]
     (tmp_path / "r.json").write_text(json.dumps(data))
-    assert kr5("report", "r.json", cwd=tmp_path).returncode == 0
+    assert run_command("report", "r.json", cwd=tmp_path).returncode == 0
     page = (tmp_path / "report.html").read_text()
     assert "<td>-85.91 ± 0.71</td>" in page and "with the first cause corrected" in page
     browser.open_whole(tmp_path / "report.html", 390)
     data["figures"][0]["corrected"] = [1.0]
     (tmp_path / "r.json").write_text(json.dumps(data))
-    done = kr5("report", "r.json", cwd=tmp_path)
+    done = run_command("report", "r.json", cwd=tmp_path)
     assert done.returncode == 2 and "figures[0].corrected" in done.stderr
 
 
 def test_a_missing_file_or_folder_is_named(tmp_path):
-    done = kr5("report", "none.json", cwd=tmp_path)
+    done = run_command("report", "none.json", cwd=tmp_path)
     assert done.returncode == 2 and "none.json" in done.stderr
-    done = kr5("report", DATA / "camera.json", "-o", "no/such/folder.html", cwd=tmp_path)
+    done = run_command("report", DATA / "camera.json", "-o", "no/such/folder.html", cwd=tmp_path)
     assert done.returncode == 2 and "folder" in done.stderr

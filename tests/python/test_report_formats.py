@@ -1,9 +1,6 @@
 """`kr5 report` on a real result of every format: the page in light and dark, on a desk and a phone."""
 
 import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +13,7 @@ import test_identify_elasticity
 import test_kinematics_command
 import test_laser_command
 import test_repeatability
+from command_runner import run_command
 from conftest import ROOT
 from test_identify_motion import FEW, slow_log
 from test_tool import streams, write_stream
@@ -28,13 +26,7 @@ CELL = str(find_shipped_cell())
 
 def kr5(*words, cwd, codes=(0, 1)):
     """Runs the command; a result that is unusable ends with 1, and has its page, too."""
-    done = subprocess.run(
-        [sys.executable, "-W", "default", "-m", "kr5_tools", *map(str, words)],
-        cwd=cwd,
-        capture_output=True,
-        text=True,
-        env=os.environ | {"COLUMNS": "200"},
-    )
+    done = run_command(*words, cwd=cwd, width=200, warnings="default")
     assert done.returncode in codes, done.stderr
     return done
 
