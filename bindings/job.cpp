@@ -66,11 +66,15 @@ void bind_restart(py::module_& m) {
 }
 
 void bind_perception(py::module_& m) {
-  bind_enum<RequestKind>(m, "RequestKind", "What a supervisor asks for: none | sweep | scan | hole.");
-  bind_struct<PerceptionRequest>(m, "PerceptionRequest", "What is to be looked at.");
+  bind_enum<RequestKind>(m, "RequestKind", "What a supervisor asks for: none | sweep | scan | hole | way.");
   bind_struct<StationVisit>(m, "StationVisit", "A pellet is put on the station and taken up again.");
   bind_struct<PlannedPick>(m, "PlannedPick", "How one pellet goes from the bin to the tube's gripper.");
+  bind_struct<WayRequest>(m, "WayRequest", "Way that is asked for, and what is to follow it.");
+  bind_struct<PerceptionRequest>(m, "PerceptionRequest", "What is to be looked at or planned.");
   bind_struct<HoleResult>(m, "HoleResult", "Where the tube is.");
+  bind_struct<JointWay>(m, "JointWay", "Way of all joints from rest to rest along a parabola.")
+      .def("at", &JointWay::at, py::arg("share"), "Joints at a share of the way, from 0 to 1 [rad or m].");
+  bind_struct<WayResult>(m, "WayResult", "How the joints go from place to place.");
 }
 
 void bind_options(py::module_& m) {
@@ -92,10 +96,11 @@ class WritingSupervisor {
     write_records(*ring_, journal_, problem_);
     return out;
   }
-  bool deliver_scan(std::int64_t stamp, const std::vector<PlannedPick>& picks, bool bin_empty) {
+  bool deliver_scan(std::int64_t stamp, const std::vector<PlannedPick>& picks, bool bin_empty, int unreachable) {
     ScanResult result;
     result.stamp = stamp;
     result.bin_empty = bin_empty;
+    result.unreachable = unreachable;
     for (const PlannedPick& pick : picks) result.add(pick);
     return supervisor_.deliver(result);
   }
@@ -126,13 +131,20 @@ void bind_supervisor(py::module_& m) {
            py::arg("journal"), py::keep_alive<1, 4>())
       .def("step", &WritingSupervisor::step, py::arg("reading"), "Command of this cycle.")
       .def_property_readonly(
-          "request", [](WritingSupervisor& self) { return self.supervisor().request(); }, "What is to be looked at.")
+          "request", [](WritingSupervisor& self) { return self.supervisor().request(); },
+          "What is to be looked at or planned.")
       .def("deliver_scan", &WritingSupervisor::deliver_scan, py::arg("stamp"), py::arg("picks"), py::arg("bin_empty"),
-           "What a scan shows can be picked, the best first; False when it was not asked for, or no longer.")
+           py::arg("unreachable") = 0,
+           "What a scan shows can be picked, the best first, and how many pellets the arm cannot bring to the tube; "
+           "False when it was not asked for, or no longer.")
       .def(
           "deliver_hole",
           [](WritingSupervisor& self, const HoleResult& result) { return self.supervisor().deliver(result); },
           py::arg("result"), "Where the tube is; False when it was not asked for, or no longer.")
+      .def(
+          "deliver_way",
+          [](WritingSupervisor& self, const WayResult& result) { return self.supervisor().deliver(result); },
+          py::arg("result"), "How the joints go (kr5.work.plan_way); False when it was not asked for, or no longer.")
       .def(
           "stop_by_operator", [](WritingSupervisor& self) { self.supervisor().stop_by_operator(); }, "Stops the arm.")
       .def(

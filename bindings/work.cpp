@@ -2,12 +2,14 @@
 #include <utility>
 #include <vector>
 
+#include <kr5/work/arm_ways.hpp>
 #include <kr5/work/fault_trials.hpp>
 #include <kr5/work/job_runner.hpp>
 #include <kr5/work/linked_job.hpp>
 #include <kr5/work/plan_work.hpp>
 
 #include "grey_array.hpp"
+#include "joint_vector_conversion.hpp"
 #include "progress.hpp"
 #include "struct_binder.hpp"
 
@@ -18,6 +20,7 @@ using kr5::python::bind_struct;
 namespace {
 
 void bind_options(py::module_& m) {
+  bind_struct<ArmWayOptions>(m, "ArmWayOptions", "How ways from place to place are planned.");
   bind_struct<WorkOptions>(m, "WorkOptions", "What a job in a cell is done with.");
   m.def("work_options", &work_options, py::arg("cell"),
         "Options for a simulated cell, from what its controller is told of it. InvalidArgument names what the cell "
@@ -36,11 +39,14 @@ void bind_perception(py::module_& m) {
           found = plan_work(cloud, believed, options);
         }
         const auto end = found.picks.begin() + found.count;
-        return std::make_pair(std::vector<kr5::job::PlannedPick>(found.picks.begin(), end), found.bin_empty);
+        return std::make_tuple(std::vector<kr5::job::PlannedPick>(found.picks.begin(), end), found.bin_empty,
+                               found.unreachable);
       },
       py::arg("cloud"), py::arg("believed"), py::arg("options"),
-      "Picks of a cloud of the bin in the base [m], the best first, each with its way over the stand, and whether the "
-      "bin is empty. Those whose poses the arm does not reach are left out.");
+      "Picks of a cloud of the bin in the base [m], the best first, each with its way over the stand; whether the bin "
+      "is "
+      "empty; and the number of pellets that are left out since the arm cannot bring them into the tube. All of it is "
+      "what kr5.job.Supervisor.deliver_scan takes.");
   m.def(
       "find_tube",
       [](const kr5::python::GreyArray& picture, const kr5::cell::Cell& believed, const kr5::Pose& T_base_flange,
@@ -52,6 +58,27 @@ void bind_perception(py::module_& m) {
       py::arg("picture"), py::arg("believed"), py::arg("T_base_flange"), py::arg("options"),
       "The tube in a grey picture (uint8, height x width), where its face is believed to lie; T_base_flange (4x4) [m] "
       "when the picture was taken. InvalidArgument for a cell without camera.");
+}
+
+void bind_ways(py::module_& m) {
+  bind_struct<ArmStop>(m, "ArmStop", "Place at which a way ends and the next one begins.");
+  bind_struct<WayPlan>(m, "WayPlan", "Ways through some places.")
+      .def_property_readonly("possible", &WayPlan::possible, "Whether the arm comes to every place.");
+  m.def(
+      "plan_ways",
+      [](const kr5::cell::Cell& believed, const Eigen::VectorXd& joints, const std::vector<ArmStop>& stops,
+         const WorkOptions& options) { return plan_ways(believed, joints, stops, options); },
+      py::arg("believed"), py::arg("joints"), py::arg("stops"), py::arg("options"),
+      py::call_guard<py::gil_scoped_release>(),
+      "Postures at places and full turns of the joints, by which the ways from joints (n,) [rad or m] on take the "
+      "least "
+      "time within the limits.");
+  m.def("stops_ahead", &stops_ahead, py::arg("asked"), py::arg("options"),
+        "Where the tool goes from the end of a way until the pellet is in the tube, and back over the bin.");
+  m.def("plan_way", &plan_way, py::arg("asked"), py::arg("believed"), py::arg("joints"), py::arg("options"),
+        py::call_guard<py::gil_scoped_release>(),
+        "The way that a supervisor asks for, from joints (n,) as they are when it does [rad or m]; it is delivered by "
+        "kr5.job.Supervisor.deliver_way.");
 }
 
 void bind_runner(py::module_& m) {
@@ -206,6 +233,7 @@ void bind_trials(py::module_& m) {
 void bind_work(py::module_& m) {
   bind_options(m);
   bind_perception(m);
+  bind_ways(m);
   bind_runner(m);
   bind_truth(m);
   bind_linked_options(m);

@@ -12,7 +12,7 @@ using Eigen::Vector3d;
 
 constexpr double clear_gap = 2e-4;     // beyond which a pellet at 0.3 m/s meets nothing before it is asked again [m]
 constexpr double most_tilted = 1.35;   // tilt in a tube up to which contacts of a peg are known [rad]
-constexpr double soft = 5e-5;          // by which bodies that touch overlap [m]
+constexpr double soft = 5e-5;          // by which bodies that touch overlap at rest [m]
 constexpr double plate_depth = 0.005;  // below a plate at which a pellet comes from its back [m]
 
 CylinderBody in_frame(const CylinderBody& body, const Pose& T_base_frame) {
@@ -126,6 +126,9 @@ int CellSolids::tube_around(const CylinderBody& body) const {
     const CylinderBody there = in_frame(body, T_base_tubes[static_cast<std::size_t>(i)]);
     const Vector3d half = there.half * upright(there.rotation).col(2);
     const Vector3d lower = there.centre - half, upper = there.centre + half;
+    // With its middle below the face it is nowhere else, however far it is pressed into wall or floor for an instant.
+    const bool deep = there.centre.z() < 0.0 && there.centre.z() > -tube.tube_depth;
+    if (deep && there.centre.head<2>().norm() < tube.inner_radius) return i;
     if (lower.z() >= 0.0 || lower.z() < -tube.tube_depth - soft) continue;
     // Of the axis that part which is below the face.
     const double share = upper.z() > 0.0 ? lower.z() / (lower.z() - upper.z()) : 1.0;

@@ -32,8 +32,8 @@ struct CellSolids {
 
   /// Whether a body is inside the bin, below its rim.
   bool in_bin(const CylinderBody& body) const;
-  /// Number of the tube in whose bore a body is: its lower end below the face, and its axis within the play from there
-  /// up; -1: in none.
+  /// Number of the tube in whose bore a body is: its middle below the face, or its lower end, and its axis within the
+  /// play from there up; -1: in none.
   int tube_around(const CylinderBody& body) const;
   /// Of its lower end below the face of a tube [m].
   double depth_in(int tube, const CylinderBody& body) const;

@@ -10,6 +10,7 @@
 #include <kr5/job/job_options.hpp>
 #include <kr5/job/perception.hpp>
 #include <kr5/job/restart.hpp>
+#include <kr5/kinematics/inverse.hpp>
 
 /// @file
 /// A kinematic cell: the tool is where it was told to be a cycle ago, a pellet is where it was let go. It knows where
@@ -59,6 +60,21 @@ class FakeCell {
     out.insertion.motion.depth = depth;
     return out;
   }
+  /// An arm of the shape of a KR5 behind the places of the cell.
+  static robot::SensorModel arm() {
+    robot::SensorModel out;
+    out.arm.T_base_0 = Pose(Eigen::Translation3d(-0.4, 0.0, -0.2));
+    const auto joint = [&](double b, double offset, double a, double alpha) {
+      out.arm.joints.push_back({.b = b, .theta_offset = offset, .a = a, .alpha = alpha});
+    };
+    joint(0.4, 0.0, 0.18, M_PI_2);
+    joint(0.0, M_PI_2, 0.6, M_PI);
+    joint(0.0, 0.0, 0.12, M_PI_2);
+    joint(0.62, M_PI, 0.0, M_PI_2);
+    joint(0.0, -M_PI_2, 0.0, M_PI_2);
+    joint(0.115, M_PI_2, 0.0, 0.0);
+    return out;
+  }
   static job::RestartOptions restart_options() { return {.T_base_tube = believed_tube(), .T_tool_peg = T_tool_peg()}; }
 
   robot::RobotReading read() {
@@ -104,6 +120,22 @@ class FakeCell {
     for (int i = 0; i < 3; ++i) out.T_base_tube.translation()[i] += random_.normal(2e-5);
     out.position_std = 2e-5;
     out.pellets = count(Place::Tube);
+    return out;
+  }
+  /// A slow way between the first postures of both places.
+  static job::WayResult way(const job::PerceptionRequest& asked) {
+    constexpr double slow = 4.0;  // [s]
+    const kinematics::DhChain chain = arm().arm;
+    const auto begin = kinematics::inverse_kinematics(chain, asked.way.T_base_from);
+    const auto end = kinematics::inverse_kinematics(chain, asked.way.T_base_to);
+    job::WayResult out;
+    out.stamp = asked.stamp;
+    out.found = !begin.postures.empty() && !end.postures.empty();
+    if (!out.found) return out;
+    out.way.begin = begin.postures.front().q;
+    out.way.end = end.postures.front().q;
+    out.way.bow = robot::JointVector::Zero(out.way.begin.size());
+    out.way.duration = slow;
     return out;
   }
   job::RestartMeasurements measure() { return {read(), count(Place::Station) > 0, count(Place::Tube)}; }

@@ -29,7 +29,9 @@ namespace job_allocation_test {
 TEST_CASE("no cycle of a job allocates, from the first pellet to the stop") {
   FakeCell cell(3, 1);
   RecordRing ring;
-  Supervisor supervisor(FakeCell::options(0), {}, ring);
+  JobOptions options = FakeCell::options(0);
+  options.arm = FakeCell::arm();
+  Supervisor supervisor(options, {}, ring);
   std::set<Phase> phases;
   long allocated = 0;
   for (int k = 0; k < 100000 && !supervisor.finished(); ++k) {
@@ -38,9 +40,11 @@ TEST_CASE("no cycle of a job allocates, from the first pellet to the stop") {
     const PerceptionRequest asked = supervisor.request();
     const ScanResult scan = cell.scan(asked.stamp);
     const HoleResult hole = cell.look(asked.stamp);
+    const WayResult way = asked.kind == RequestKind::Way ? FakeCell::way(asked) : WayResult{};
     const long before = job_allocations;
     supervisor.deliver(scan);
     supervisor.deliver(hole);
+    supervisor.deliver(way);
     const robot::RobotCommand command = supervisor.step(reading);
     allocated += job_allocations - before;
     phases.insert(supervisor.state().phase);

@@ -82,15 +82,23 @@ class Program {
   double most_way() const { return most_way_; }
 
   bool answering = true;  ///< Whether scans and looks are made.
+  std::function<bool(const job::WayRequest&)> has_way = [](const job::WayRequest&) { return true; };
   /// Record that never comes to the disk; neither do those behind it.
   std::uint64_t unwritable = ~std::uint64_t{0};
 
  private:
+  static job::WayResult no_way(const job::PerceptionRequest& asked) {
+    job::WayResult out;
+    out.stamp = asked.stamp;
+    return out;
+  }
   void answer() {
     const job::PerceptionRequest asked = supervisor_->request();
     if (asked.kind == job::RequestKind::None || random_.integer(10) != 0) return;
     if (asked.kind == job::RequestKind::Scan) supervisor_->deliver(cell_.scan(asked.stamp));
     if (asked.kind == job::RequestKind::Hole) supervisor_->deliver(cell_.look(asked.stamp));
+    if (asked.kind == job::RequestKind::Way)
+      supervisor_->deliver(has_way(asked.way) ? cell_.way(asked) : no_way(asked));
   }
 
   FakeCell& cell_;

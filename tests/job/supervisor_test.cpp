@@ -1,5 +1,7 @@
 #include <kr5/job/supervisor.hpp>
 
+#include <set>
+
 #include <catch2/catch.hpp>
 
 #include <kr5/core/error.hpp>
@@ -262,6 +264,114 @@ TEST_CASE("options that cannot be are named") {
   options = FakeCell::options(1);
   options.lowest_joints = Eigen::VectorXd::Zero(6);
   CHECK_THROWS_WITH(options.validate(), "highest_joints must have as many values as lowest_joints");
+}
+
+/// Options of a job whose arm is known.
+JobOptions with_arm(int pellets) {
+  JobOptions out = FakeCell::options(pellets);
+  out.arm = FakeCell::arm();
+  return out;
+}
+
+TEST_CASE("an arm that is known goes from place to place as its joints are told to") {
+  Folder folder;
+  FakeCell cell(4, 1);
+  Program program(cell, folder / "job.db", with_arm(4));
+  int ways = 0;
+  std::set<Phase> phases;
+  program.has_way = [&](const WayRequest& asked) {
+    CHECK(asked.phase == program.supervisor().state().phase);
+    CHECK(asked.T_base_to.translation().z() >= JobPlaces{}.travel_height - 1e-9);
+    phases.insert(asked.phase);
+    return ++ways > 0;
+  };
+  REQUIRE(program.run());
+  CHECK(program.supervisor().state().phase == Phase::Done);
+  CHECK(cell.count(Place::Tube) == 4);
+  CHECK(ways >= 1 + 4 * 4);
+  CHECK(phases == std::set<Phase>{Phase::Scan, Phase::Pick, Phase::Stand, Phase::Regrip, Phase::Approach});
+}
+
+TEST_CASE("a pellet to which there is no way is left for another one, with nothing touched for it") {
+  Folder folder;
+  FakeCell cell(3, 1);
+  Program program(cell, folder / "job.db", with_arm(2));
+  bool refused = false;
+  program.has_way = [&](const WayRequest& asked) {
+    if (asked.phase != Phase::Pick || refused) return true;
+    refused = true;
+    return false;
+  };
+  REQUIRE(program.run());
+  CHECK(program.supervisor().state().phase == Phase::Done);
+  CHECK(cell.count(Place::Tube) == 2);
+  int unreachable = 0;
+  for (const JobRecord& r : program.journal().records()) unreachable += r.outcome == Outcome::Unreachable;
+  CHECK(unreachable == 1);
+  CHECK(program.journal().belief().pellets[0].picks == 2);
+}
+
+TEST_CASE("a pellet that cannot be brought on stops the arm as unreachable, before anything is touched") {
+  for (const Phase phase : {Phase::Stand, Phase::Regrip, Phase::Approach}) {
+    INFO(name_of(phase));
+    Folder folder;
+    FakeCell cell(1, 1);
+    Program program(cell, folder / "job.db", with_arm(1));
+    program.has_way = [&](const WayRequest& asked) { return asked.phase != phase; };
+    REQUIRE(program.run());
+    CHECK(program.supervisor().state().stop == StopReason::Unreachable);
+    CHECK(program.supervisor().state().stopped_in == phase);
+    CHECK(cell.tool().translation().z() > JobPlaces{}.travel_height - 1e-3);
+  }
+}
+
+TEST_CASE("pellets that the arm cannot bring to the tube are no reason to call the bin empty") {
+  Folder folder;
+  FakeCell cell(0, 1);
+  Program program(cell, folder / "job.db", with_arm(0));
+  program.answering = false;
+  ScanResult none;
+  none.bin_empty = true;
+  none.unreachable = 2;
+  REQUIRE(program.run([&] {
+    const PerceptionRequest asked = program.supervisor().request();
+    none.stamp = asked.stamp;
+    if (asked.kind == RequestKind::Way) program.supervisor().deliver(FakeCell::way(asked));
+    if (asked.kind == RequestKind::Scan) program.supervisor().deliver(none);
+    return false;
+  }));
+  CHECK(program.supervisor().state().stop == StopReason::Unreachable);
+  CHECK(program.supervisor().state().attempt == usual_phases().row(Phase::Scan).retries + 1);
+}
+
+TEST_CASE("a way that nobody asked for is refused, and one that does not fit is none") {
+  Folder folder;
+  FakeCell cell(1, 1);
+  Program program(cell, folder / "job.db", with_arm(1));
+  program.answering = false;
+  CHECK_FALSE(program.supervisor().deliver(WayResult{}));
+  program.run([&] { return program.supervisor().request().kind == RequestKind::Way; });
+  const PerceptionRequest asked = program.supervisor().request();
+  WayResult other = FakeCell::way(asked);
+  other.stamp = asked.stamp - 1;
+  CHECK_FALSE(program.supervisor().deliver(other));
+  other.stamp = asked.stamp;
+  other.way.end[0] += 1e-3;
+  CHECK(program.supervisor().deliver(other));
+  for (int k = 0; k < 20; ++k) program.cycle();
+  CHECK(program.supervisor().state().outcome == Outcome::Unreachable);
+}
+
+TEST_CASE("an operator stops an arm on its way, which stays where it is") {
+  Folder folder;
+  FakeCell cell(1, 1);
+  Program program(cell, folder / "job.db", with_arm(1));
+  run_into(program, Phase::Stand, 150);
+  program.supervisor().stop_by_operator();
+  const Pose before = cell.tool();
+  for (int k = 0; k < 20; ++k) program.cycle();
+  CHECK(program.supervisor().state().stop == StopReason::Operator);
+  CHECK((cell.tool().translation() - before.translation()).norm() < 2 * PathLimits{}.speed * robot::usual_cycle);
 }
 
 }  // namespace supervisor_test

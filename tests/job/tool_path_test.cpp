@@ -1,11 +1,15 @@
 #include <kr5/job/tool_path.hpp>
 
 #include <algorithm>
+#include <cmath>
 
 #include <catch2/catch.hpp>
 
 #include <kr5/core/error.hpp>
 #include <kr5/core/random.hpp>
+#include <kr5/robot/quintic_profile.hpp>
+
+#include "fake_cell.hpp"
 
 namespace tool_path_test {
 
@@ -141,6 +145,95 @@ TEST_CASE("limits of a path that are none are named") {
   CHECK_THROWS_WITH(ToolPath({.speed = 0.1, .contact_speed = 0.2}, cycle),
                     "contact_speed must lie between 0 and speed [m/s]");
   CHECK_THROWS_WITH(ToolPath({}, 0.0), "cycle: must be positive [s]");
+}
+
+/// A way of an arm, and the poses between which it is.
+struct DrawnWay {
+  explicit DrawnWay(Random& random) {
+    way.begin = way.end = way.bow = robot::JointVector::Zero(6);
+    for (int i = 0; i < 6; ++i) {
+      way.begin[i] = random.uniform(-1, 1);
+      way.end[i] = random.uniform(-1, 1);
+      way.bow[i] = random.uniform(-0.2, 0.2);
+    }
+    way.duration = random.uniform(0.5, 3);
+    from = tool(way.begin);
+    to = tool(way.end);
+  }
+  Pose tool(const robot::JointVector& q) const { return arm.arm.flange(q) * arm.T_flange_tool; }
+
+  robot::SensorModel arm = test::FakeCell::arm();
+  JointWay way;
+  Pose from, to;
+};
+
+TEST_CASE("the tool goes as the joints do, in the time of their way, and stands before it until it is known") {
+  Random random(11);
+  for (int run = 0; run < 50; ++run) {
+    const DrawnWay drawn(random);
+    ToolPath path({}, cycle, drawn.arm);
+    path.start(drawn.from);
+    path.add(drawn.to, Way::Joint);
+    path.add(drawn.to * Eigen::Translation3d(0, 0, 0.01));
+    for (int k = 0; k < 5; ++k) CHECK(path.step({}).isApprox(drawn.from));
+    CHECK((path.waiting() && !path.standing()));
+    REQUIRE(path.set_joint_way(drawn.way));
+    CHECK_FALSE(path.waiting());
+    CHECK_FALSE(path.set_joint_way(drawn.way));  // it is known
+    const int cycles = static_cast<int>(std::ceil(drawn.way.duration / cycle));
+    for (int k = 1; k <= cycles; ++k) {
+      const double share = robot::quintic_profile(static_cast<double>(k) / cycles).x;
+      CHECK(path.step({}).isApprox(drawn.tool(drawn.way.at(share)), 1e-9));
+    }
+    CHECK(path.pose().isApprox(drawn.to));
+    CHECK_FALSE(path.standing());
+    for (int k = 0; k < 400 && !path.standing(); ++k) path.step({});
+    CHECK(path.pose().isApprox(drawn.to * Eigen::Translation3d(0, 0, 0.01)));
+  }
+}
+
+TEST_CASE("a way of joints that brakes stops on it, and one that waits stands at once") {
+  Random random(12);
+  const DrawnWay drawn(random);
+  ToolPath path({}, cycle, drawn.arm);
+  path.start(drawn.from);
+  path.add(drawn.to, Way::Joint);
+  path.step({});
+  path.brake();
+  CHECK(path.standing());
+  path.start(drawn.from);
+  path.add(drawn.to, Way::Joint);
+  REQUIRE(path.set_joint_way(drawn.way));
+  const int middle = static_cast<int>(0.4 * drawn.way.duration / cycle);
+  for (int k = 0; k < middle; ++k) path.step({});
+  int cycles = 0;
+  while (!path.standing() && ++cycles < 1000) path.brake();
+  CHECK((cycles > 3 && cycles < 1000));
+  const Pose end = path.pose();
+  double least = HUGE_VAL;
+  for (double share = 0; share <= 1; share += 1e-3)
+    least = std::min(least, (drawn.tool(drawn.way.at(share)).translation() - end.translation()).norm());
+  CHECK(least < 1e-3);
+}
+
+TEST_CASE("a way that is not between the poses of the path, or none of this arm, is refused") {
+  Random random(13);
+  const DrawnWay drawn(random);
+  ToolPath path({}, cycle, drawn.arm);
+  path.start(drawn.from);
+  CHECK_FALSE(path.set_joint_way(drawn.way));  // nobody waits for it
+  path.add(drawn.to, Way::Joint);
+  JointWay other = drawn.way;
+  other.begin[2] += 1e-3;
+  CHECK_FALSE(path.set_joint_way(other));
+  other = drawn.way;
+  other.bow = robot::JointVector::Zero(5);
+  CHECK_FALSE(path.set_joint_way(other));
+  other = drawn.way;
+  other.duration = NAN;
+  CHECK_FALSE(path.set_joint_way(other));
+  CHECK(path.waiting());
+  CHECK(path.set_joint_way(drawn.way));
 }
 
 }  // namespace tool_path_test

@@ -157,3 +157,45 @@ def test_the_journal_of_another_job_and_a_cell_without_camera_are_refused(run_kr
 def test_what_is_so_is_told_in_words():
     truth = work.JobTruth(in_tube=2, lost=1)
     assert job_tables.truth_text(truth) == "In truth: 2 in the tube, 1 elsewhere."
+
+
+def test_ways_are_planned_in_python_too(given):
+    cell = job_cell.make_cell(given, job_cell.JobSetup(1, 5, "nominal"))
+    options = work.work_options(cell)
+    work.place_over_bin(cell, options)
+    reading = cell.read()
+    tube = options.job.places.T_base_tube
+    asked = job.PerceptionRequest(kind="way", stamp=3)
+    asked.way = job.WayRequest(T_base_from=reading.T_base_tool, phase="approach", T_base_tube=tube)
+    stops = work.stops_ahead(asked.way, options)
+    assert [stop.neutral for stop in stops] == [False, True]
+    plan = work.plan_ways(cell.believed, reading.joints, stops, options)
+    assert plan.possible and len(plan.ways) == 2
+    assert plan.duration == pytest.approx(sum(way.duration for way in plan.ways))
+    found = work.plan_way(asked, cell.believed, reading.joints, options)
+    assert found.found and found.stamp == 3
+    assert np.allclose(found.way.at(1.0), found.way.end) and np.allclose(found.way.end, plan.ways[0].end, atol=1e-3)
+    asked.way.T_base_tube = tube + np.array([[0, 0, 0, 2.0]] + 3 * [[0] * 4])
+    assert not work.plan_way(asked, cell.believed, reading.joints, options).found
+    options.ways = work.ArmWayOptions(margin=-1)
+    with pytest.raises(kr5.InvalidArgument, match="margin"):
+        options.validate()
+
+
+def test_a_supervisor_of_python_is_given_ways(given, tmp_path):
+    cell = job_cell.make_cell(given, job_cell.JobSetup(1, 5, "nominal"))
+    options = work.work_options(cell)
+    work.place_over_bin(cell, options)
+    supervisor = job.Supervisor(options.job, job.RestartDecision(), job.Journal(tmp_path / "job.db", "test"))
+    given_ways = 0
+    for _ in range(400):
+        reading = cell.read()
+        cell.send(supervisor.step(reading))
+        asked = supervisor.request
+        if asked.kind == job.RequestKind.Sweep:
+            break
+        if asked.kind == job.RequestKind.Way:
+            way = work.plan_way(asked, cell.believed, reading.joints, options)
+            given_ways += supervisor.deliver_way(way)
+            assert not supervisor.deliver_way(way)
+    assert given_ways == 1 and supervisor.request.kind == job.RequestKind.Sweep

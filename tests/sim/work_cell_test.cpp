@@ -384,6 +384,29 @@ TEST_CASE("a pellet that hangs in the mouth of the bore upright is in it, one th
   CHECK(first(cell).tube == -1);
 }
 
+TEST_CASE("a pellet that falls deep into a bore is in it at every instant, however it bounces there") {
+  const double depth = GENERATE(0.15, 0.3, 0.45);  // through the table
+  WorkCellOptions options = exact();
+  options.tube_depth = depth;
+  WorkCell cell(arc(), options);
+  WorkCellDriver driver(cell);
+  stand_up(cell, driver);
+  lower_into_tube(cell, driver, {0, 0, -5 * mm});
+  driver.grip(false);
+  const double face = cell.truth().T_base_tubes.front().translation().z();
+  int deep = 0, in = 0;
+  for (double t = 0; t < 3.0; t += cell.cycle()) {
+    driver.step();
+    const PelletTruth now = first(cell);
+    if (now.T_base_pellet.translation().z() > face) continue;
+    ++deep;
+    in += now.tube == 0 && now.place != PelletPlace::Lost;
+  }
+  CHECK(deep > 200);
+  CHECK(in == deep);
+  CHECK(first(cell).place == PelletPlace::Tube);
+}
+
 TEST_CASE("a pellet beside the bore stands on the face of the tube, however it is pressed") {
   WorkCell cell(arc(), exact());
   WorkCellDriver driver(cell);

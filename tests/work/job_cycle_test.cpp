@@ -8,6 +8,7 @@
 #include <catch2/catch.hpp>
 
 #include <kr5/job/journal_writer.hpp>
+#include <kr5/work/arm_ways.hpp>
 #include <kr5/work/job_runner.hpp>
 
 #include "linked_cell.hpp"
@@ -46,6 +47,13 @@ struct Begun {
     std::string problem;
     REQUIRE(job::write_records(ring, journal, problem));
   }
+  /// What is asked for, ways apart, which are delivered.
+  std::optional<work::LookRequest> take_request() {
+    const auto asked = cycle->take_request();
+    if (!asked || asked->request.kind != job::RequestKind::Way) return asked;
+    CHECK(cycle->deliver(work::plan_way(asked->request, cell.believed(), asked->joints, options)));
+    return std::nullopt;
+  }
   sim::WorkCell cell;
   work::WorkOptions options;
   job::Journal journal;
@@ -61,7 +69,7 @@ TEST_CASE("a cycle of a job allocates nothing, with a scan that is delivered in 
   long allocated = 0;
   bool delivered = false;
   for (int k = 0; k < 900 && !delivered; ++k) {
-    if (const auto asked = b.cycle->take_request(); asked && asked->request.kind == job::RequestKind::Scan) {
+    if (const auto asked = b.take_request(); asked && asked->request.kind == job::RequestKind::Scan) {
       job::ScanResult scan;
       scan.stamp = asked->request.stamp;
       scan.bin_empty = true;
@@ -85,7 +93,7 @@ TEST_CASE("a request is told once, and what is delivered counts in the next cycl
   std::optional<work::LookRequest> asked;
   for (int k = 0; k < 900 && !(asked && asked->request.kind == job::RequestKind::Scan); ++k) {
     b.step();
-    if (const auto next = b.cycle->take_request()) asked = next;
+    if (const auto next = b.take_request()) asked = next;
   }
   REQUIRE((asked && asked->request.kind == job::RequestKind::Scan));
   CHECK((asked->T_base_flange.translation() - b.cell.read().T_base_flange.translation()).norm() < 1e-3);

@@ -77,15 +77,17 @@ TEST_CASE("equal telegrams and deliveries give answers that are equal, byte by b
     std::string telegram, answer;
     std::optional<job::ScanResult> scan;
     std::optional<job::HoleResult> hole;
+    std::optional<job::WayResult> way;
   };
   std::vector<Told> told;
   Begun b(813);
   {
     job::Journal journal(new_journal("told"), "test");
     work::LockstepJob job(b.cell, b.options, b.linked, journal, {}, [&](const work::LockstepExchange& e) {
-      told.push_back({std::string(e.telegram), std::string(e.answer), {}, {}});
+      told.push_back({std::string(e.telegram), std::string(e.answer), {}, {}, {}});
       if (e.scan) told.back().scan = *e.scan;
       if (e.hole) told.back().hole = *e.hole;
+      if (e.way) told.back().way = *e.way;
     });
     until(job, job::Phase::Regrip);
   }
@@ -104,6 +106,7 @@ TEST_CASE("equal telegrams and deliveries give answers that are equal, byte by b
     equal += session.answer(t.telegram, 1, arrival += 12'000'000) == t.answer;
     if (t.scan) delivered += cycle.deliver(*t.scan);
     if (t.hole) delivered += cycle.deliver(*t.hole);
+    if (t.way) delivered += cycle.deliver(*t.way);
     std::string problem;
     REQUIRE(job::write_records(ring, journal, problem));
   }

@@ -116,6 +116,11 @@ BENCHES = {
         "the same cell, partly the same seeds",
         quick=("--trials", "12"),
     ),
+    "job": Bench(
+        "The job from bin to tube, unattended",
+        f"{SIMULATED}; cell, bin and pellets are the same",
+        quick=("--jobs", "1"),
+    ),
     "sweep": Bench("Insertions a second on two workers beside one", "the same grid", quick=("--trials", "60")),
     "visual_servo": Bench(
         "Visual servoing over the tube, on a tag and on the bore",

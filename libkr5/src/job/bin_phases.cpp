@@ -39,7 +39,7 @@ Outcome Supervisor::Machine::scan_bin(const robot::RobotReading& reading) noexce
     path.add(begin);
     stage = 1;
   }
-  if (!follow(reading)) return Outcome::None;
+  if (!follow(reading)) return on_the_way();
   if (stage == 1) {
     const Pose& end = again ? *places.T_base_rescan_end : places.T_base_scan_end;
     if (!end.isApprox(begin)) request = {RequestKind::Sweep, cycle, state.pellet};
@@ -55,6 +55,7 @@ Outcome Supervisor::Machine::scan_bin(const robot::RobotReading& reading) noexce
   if (!answered) return Outcome::None;
   next_pick = 0;
   if (scan.count > 0) return Outcome::PicksFound;
+  if (scan.unreachable > 0) return Outcome::Unreachable;
   return scan.bin_empty && (again || !places.T_base_rescan) ? Outcome::BinEmpty : Outcome::NothingGraspable;
 }
 
@@ -66,7 +67,7 @@ Outcome Supervisor::Machine::pick(const robot::RobotReading& reading) noexcept {
     travel_to(planned.T_base_grasp, Way::Guarded);
     stage = 1;
   }
-  if (!follow(reading)) return Outcome::None;
+  if (!follow(reading)) return on_the_way();
   if (stage == 1) {
     set_grip(true);
     stage = 2;
@@ -94,7 +95,7 @@ Outcome Supervisor::Machine::stand(const robot::RobotReading& reading) noexcept 
       if (!path.standing()) return Outcome::None;
       return at_station(planned.visit(visit).T_base_put) ? Outcome::Stood : Outcome::Dropped;
     }
-    if (!follow(reading)) return Outcome::None;
+    if (!follow(reading)) return on_the_way();
     set_grip(false);
     stage = 2;
   }
@@ -111,7 +112,7 @@ Outcome Supervisor::Machine::regrip(const robot::RobotReading& reading) noexcept
     travel_to(planned.visit(visit).T_base_take, Way::Guarded);
     stage = 1;
   }
-  if (!follow(reading)) return Outcome::None;
+  if (!follow(reading)) return on_the_way();
   if (stage == 1) {
     set_grip(true);
     stage = 2;

@@ -57,6 +57,18 @@ PelletState state_after(Phase phase, Outcome outcome, PelletState before) noexce
   }
 }
 
+/// Why the arm stops where a phase has no way on.
+StopReason reason_of(Outcome outcome) noexcept {
+  switch (outcome) {
+    case Outcome::CellFault:
+      return StopReason::CellFault;
+    case Outcome::Unreachable:
+      return StopReason::Unreachable;
+    default:
+      return StopReason::Exhausted;
+  }
+}
+
 }  // namespace
 
 Supervisor::Machine::Machine(const JobOptions& given, const RestartDecision& decision, RecordRing& given_ring)
@@ -64,7 +76,7 @@ Supervisor::Machine::Machine(const JobOptions& given, const RestartDecision& dec
       start(startable(decision)),
       ring(given_ring),
       latch(given.stop),
-      path(given.motion, given.cycle),
+      path(given.motion, given.cycle, given.arm),
       insertion(insertion_options(given)),
       T_base_tube(given.places.T_base_tube),
       tried(decision.tried) {
@@ -187,8 +199,7 @@ void Supervisor::Machine::leave_phase(Outcome outcome) noexcept {
   const Phase next_phase = !exit ? Phase::Stopped : take_retry(*exit) ? exit->next : exit->exhausted;
   state.outcome = outcome;
   request = {};
-  if (next_phase == Phase::Stopped)
-    return latch.trip(outcome == Outcome::CellFault ? StopReason::CellFault : StopReason::Exhausted);
+  if (next_phase == Phase::Stopped) return latch.trip(reason_of(outcome));
   state.pellet_state = state_after(state.phase, outcome, state.pellet_state);
   if (outcome == Outcome::HeldLying) ++visit;
   prepare_pellet(outcome, next_phase);
@@ -228,7 +239,7 @@ void Supervisor::Machine::enter_phase() noexcept {
   state.attempt = retries[static_cast<std::size_t>(coming)] + 1;
   awaited = 0;
   phase_cycles = stage = unheld = grip_cycles = grip_seen = settle_cycles = 0;
-  answered = dropping = false;
+  answered = dropping = no_way = false;
   path.start(commanded);
 }
 

@@ -31,8 +31,9 @@ struct Supervisor::Machine {
   void lift() noexcept;
   void travel_to(const Pose& T_base_tool, Way last) noexcept;
   void travel_over(const Pose& T_base_tool) noexcept;
-  Pose lifted(const Pose& T_base_tool, const Eigen::Vector3d& direction) const noexcept;
-  Pose look_pose() const noexcept;
+  void go_over(const Pose& T_base_over) noexcept;
+  Pose look_pose() const noexcept { return options.places.look(T_base_tube); }
+  Outcome on_the_way() const noexcept;
   bool near_tube(const Pose& T_base_tool) const noexcept;
 
   // What the gripper does (travel.cpp).
@@ -81,6 +82,7 @@ struct Supervisor::Machine {
   bool hole_felt = false;  ///< A pellet went into the hole where it is believed.
   bool answered = false;   ///< What was asked for has come.
   bool dropping = false;
+  bool no_way = false;  ///< There is none to where the arm shall go.
 
   bool fingers = false;  ///< Hold the pellet, or will.
 

@@ -10,6 +10,8 @@
 namespace kr5::job {
 namespace {
 
+constexpr double steep = 0.3;  // of a direction along which the tool gains height: its part along Z of B [-]
+
 void require_pose(const Pose& T, const char* message) {
   require(T.matrix().allFinite() && is_rotation(T.linear()), message);
 }
@@ -32,11 +34,24 @@ void check_places(const JobPlaces& p) {
 
 }  // namespace
 
+Pose JobPlaces::lifted(const Pose& T_base_tool, const Eigen::Vector3d& direction) const noexcept {
+  const Eigen::Vector3d along = direction.z() > steep ? direction : Eigen::Vector3d::UnitZ();
+  const double missing = travel_height - T_base_tool.translation().z();
+  Pose out = T_base_tool;
+  if (missing > 0) out.translation() += missing / along.z() * along;
+  return out;
+}
+
+Pose JobPlaces::look(const Pose& T_base_tube) const noexcept {
+  return T_base_tube * Eigen::Translation3d(0, 0, look_height) * T_tool_peg.inverse();
+}
+
 void JobOptions::validate() const {
   require(pellets >= 0, "pellets must not be negative");
   require(cycle > 0 && cycle <= 1, "cycle must lie between 0 and 1 s");
   check_places(places);
   motion.validate();
+  if (arm) arm->validate();
   stop.validate();
   phases.validate();
   require(motion.speed < stop.speed, "motion.speed must be less than stop.speed [m/s]");
@@ -76,6 +91,14 @@ bool Supervisor::deliver(const HoleResult& result) noexcept {
   if (machine_->request.kind != RequestKind::Hole || result.stamp != machine_->request.stamp) return false;
   machine_->hole = result;
   machine_->answered = true;
+  machine_->request = {};
+  return true;
+}
+
+/// A way that does not begin and end where it was asked to is none.
+bool Supervisor::deliver(const WayResult& result) noexcept {
+  if (machine_->request.kind != RequestKind::Way || result.stamp != machine_->request.stamp) return false;
+  machine_->no_way = !result.found || !machine_->path.set_joint_way(result.way);
   machine_->request = {};
   return true;
 }

@@ -8,6 +8,16 @@
 #include <kr5/robot/quintic_profile.hpp>
 
 namespace kr5::job {
+namespace {
+
+constexpr double joint_way_error = 1e-5;  // of the ends of a joint way against the poses between which it is [m, rad]
+
+bool same_pose(const Pose& a, const Pose& b) noexcept {
+  return (a.translation() - b.translation()).norm() < joint_way_error &&
+         log_rotation(a.linear().transpose() * b.linear()).norm() < joint_way_error;
+}
+
+}  // namespace
 
 void PathLimits::validate() const {
   require(speed > 0 && speed <= 10, "speed must lie between 0 and 10 m/s");
@@ -21,8 +31,10 @@ void PathLimits::validate() const {
   require(settling >= 0 && settling <= 1, "settling must lie between 0 and 1 s");
 }
 
-ToolPath::ToolPath(const PathLimits& limits, double cycle) : limits_(limits), cycle_(cycle) {
+ToolPath::ToolPath(const PathLimits& limits, double cycle, const std::optional<robot::SensorModel>& arm)
+    : limits_(limits), cycle_(cycle), arm_(arm) {
   limits.validate();
+  if (arm) arm->validate();
   require(cycle > 0 && std::isfinite(cycle), "cycle: must be positive [s]");
 }
 
@@ -43,6 +55,7 @@ void ToolPath::add(const Pose& T_base_tool, Way way) noexcept {
   s.from = count_ > 0 ? segments_[count_ - 1].to : pose_;
   s.to = T_base_tool;
   s.way = way;
+  s.known = false;
   const Eigen::AngleAxisd turn(s.from.linear().transpose() * s.to.linear());
   s.turn = turn.angle() * turn.axis();
   const double length = (s.to.translation() - s.from.translation()).norm(), angle = std::abs(turn.angle());
@@ -59,9 +72,33 @@ void ToolPath::add(const Pose& T_base_tool, Way way) noexcept {
   ++count_;
 }
 
+Pose ToolPath::tool_at(const robot::JointVector& joints) const noexcept {
+  return robot::flange_pose(arm_->arm, joints) * arm_->T_flange_tool;
+}
+
+bool ToolPath::set_joint_way(const JointWay& way) noexcept {
+  std::size_t k = at_;
+  while (k < count_ && (segments_[k].way != Way::Joint || segments_[k].known)) ++k;
+  if (k >= count_ || !arm_) return false;
+  const auto joints = static_cast<Eigen::Index>(arm_->arm.joints.size());
+  if (way.begin.size() != joints || way.end.size() != joints || way.bow.size() != joints) return false;
+  Segment& s = segments_[k];
+  if (!way.bow.allFinite() || !(way.duration >= 0.0) || !std::isfinite(way.duration)) return false;
+  if (!same_pose(tool_at(way.begin), s.from) || !same_pose(tool_at(way.end), s.to)) return false;
+  s.joints = way;
+  s.known = true;
+  s.duration = std::max(std::ceil(way.duration / cycle_), 1.0) * cycle_;
+  s.max_braking = robot::quintic_profile_peak.a / (s.duration * s.duration);
+  return true;
+}
+
 void ToolPath::go_to(const Segment& segment, double share) noexcept {
   rate_ = (share - share_) / cycle_;
   share_ = share;
+  if (segment.way == Way::Joint) {
+    pose_ = tool_at(segment.joints.at(share));
+    return;
+  }
   pose_.translation() = segment.from.translation() + share * (segment.to.translation() - segment.from.translation());
   const double angle = segment.turn.norm();
   pose_.linear() = segment.from.linear();
@@ -77,7 +114,7 @@ bool ToolPath::touches(const Segment& segment, const Eigen::Vector3d& force) noe
 }
 
 const Pose& ToolPath::step(const Eigen::Vector3d& force) noexcept {
-  if (at_ >= count_) return pose_;
+  if (at_ >= count_ || (waiting() && !braking_)) return pose_;
   const Segment& segment = segments_[at_];
   touched_ = touched_ || touches(segment, force);
   if (touched_ || braking_) return brake();

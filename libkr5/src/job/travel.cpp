@@ -7,30 +7,14 @@
 namespace kr5::job {
 namespace {
 
-constexpr double steep = 0.3;   // of a direction along which the tool gains height: its part along Z of B [-]
 constexpr double level = 1e-6;  // [m]
 constexpr int convincing = 3;   // cycles of one word from the gripper
 
 }  // namespace
 
-/// The pose moved along a direction until it is at the height of travel.
-Pose Supervisor::Machine::lifted(const Pose& T_base_tool, const Eigen::Vector3d& direction) const noexcept {
-  const Eigen::Vector3d along = direction.z() > steep ? direction : Eigen::Vector3d::UnitZ();
-  const double missing = options.places.travel_height - T_base_tool.translation().z();
-  Pose out = T_base_tool;
-  if (missing > level) out.translation() += missing / along.z() * along;
-  return out;
-}
-
 bool Supervisor::Machine::near_tube(const Pose& T_base_tool) const noexcept {
   const Eigen::Vector3d p = (T_base_tube.inverse() * T_base_tool * options.places.T_tool_peg).translation();
   return p.head<2>().norm() < options.places.near_tube && p.z() < options.places.look_height;
-}
-
-/// Where the pellet is over the middle of the tube.
-Pose Supervisor::Machine::look_pose() const noexcept {
-  const Pose over(Eigen::Translation3d(0, 0, options.places.look_height));
-  return T_base_tube * over * options.places.T_tool_peg.inverse();
 }
 
 /// From wherever it stands up to the height of travel: out of the tube along its axis, from anything else against its
@@ -45,12 +29,26 @@ void Supervisor::Machine::lift() noexcept {
     now.translation() += (options.places.look_height - depth) * direction;
     path.add(now, gripper.hold ? Way::Slow : Way::Free);
   }
-  if (options.places.travel_height - now.translation().z() > level) path.add(lifted(now, direction));
+  if (options.places.travel_height - now.translation().z() > level) path.add(options.places.lifted(now, direction));
 }
 
 void Supervisor::Machine::travel_over(const Pose& T_base_tool) noexcept {
   lift();
-  path.add(lifted(T_base_tool, -T_base_tool.linear().col(2)));
+  go_over(options.places.over(T_base_tool));
+}
+
+/// At the height of travel: as the joints go, where the arm is known, and a way of them is asked for.
+void Supervisor::Machine::go_over(const Pose& T_base_over) noexcept {
+  no_way = false;
+  if (!options.arm) return path.add(T_base_over);
+  request = {
+      RequestKind::Way, cycle, state.pellet, {path.end(), T_base_over, state.phase, planned, visit, T_base_tube}};
+  path.add(T_base_over, Way::Joint);
+}
+
+/// Nothing yet, unless the arm stands, and there is no way for it.
+Outcome Supervisor::Machine::on_the_way() const noexcept {
+  return no_way && path.waiting() ? Outcome::Unreachable : Outcome::None;
 }
 
 /// Over it, down to the approach, and from there slowly.

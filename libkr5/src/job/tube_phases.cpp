@@ -43,7 +43,7 @@ Outcome Supervisor::Machine::approach(const robot::RobotReading& reading) noexce
     path.add(look);
     stage = 1;
   }
-  if (!follow(reading)) return Outcome::None;
+  if (!follow(reading)) return on_the_way();
   if (stage == 1) {
     request = {RequestKind::Hole, cycle, state.pellet};
     stage = 2;
@@ -143,7 +143,7 @@ Outcome Supervisor::Machine::next(const robot::RobotReading& reading) noexcept {
     stage = 2;
   }
   const bool come = follow(reading), looks = stage == 2 && state.pellet_state == PelletState::Missing;
-  if (looks ? !come : !path.standing()) return Outcome::None;  // only a look needs an arm that has settled
+  if (looks ? !come : !path.standing()) return on_the_way();  // only a look needs an arm that has settled
   if (looks) {
     request = {RequestKind::Hole, cycle, state.pellet};
     stage = 3;

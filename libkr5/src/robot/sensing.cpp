@@ -7,10 +7,8 @@
 #include <kr5/core/error.hpp>
 
 namespace kr5::robot {
-namespace {
 
-/// DhChain::flange of joints in place, without an exception for their number.
-Pose flange_of(const kinematics::DhChain& arm, const JointVector& joints) noexcept {
+Pose flange_pose(const kinematics::DhChain& arm, const JointVector& joints) noexcept {
   Pose T = arm.T_base_0;
   if (joints.size() != static_cast<Eigen::Index>(arm.joints.size()))
     T.matrix().setConstant(std::numeric_limits<double>::quiet_NaN());
@@ -19,8 +17,6 @@ Pose flange_of(const kinematics::DhChain& arm, const JointVector& joints) noexce
       T = T * arm.joints[static_cast<std::size_t>(i)].transform(joints[i]);
   return T;
 }
-
-}  // namespace
 
 void SensorModel::validate() const {
   require(arm.joints.size() <= max_joints, "arm: has more joints than a robot may have");
@@ -51,7 +47,7 @@ Vector6 sensed_wrench(const SensorModel& model, const Pose& T_base_flange, const
 }
 
 RobotReading robot_reading(const SensorModel& model, const SensorValues& values) noexcept {
-  return robot_reading(model, values, flange_of(model.arm, values.joints));
+  return robot_reading(model, values, flange_pose(model.arm, values.joints));
 }
 
 RobotReading robot_reading(const SensorModel& model, const SensorValues& values, const Pose& T_base_flange) noexcept {

@@ -2,6 +2,7 @@
 #include "work/cell_perception.hpp"
 
 #include <kr5/vision/render.hpp>
+#include <kr5/work/arm_ways.hpp>
 #include <kr5/work/plan_work.hpp>
 
 namespace kr5::work {
@@ -27,6 +28,7 @@ job::HoleResult CellPerception::look_for_tube(const Pose& T_base_flange) {
 void CellPerception::answer(const LookRequest& asked, JobCycle& to) {
   scan_.reset();
   hole_.reset();
+  way_.reset();
   switch (asked.request.kind) {
     case job::RequestKind::None:
       return;
@@ -41,6 +43,10 @@ void CellPerception::answer(const LookRequest& asked, JobCycle& to) {
       hole_ = look_for_tube(asked.T_base_flange);
       hole_->stamp = asked.request.stamp;
       to.deliver(*hole_);
+      return;
+    case job::RequestKind::Way:
+      way_ = plan_way(asked.request, cell_.believed(), asked.joints, options_);
+      to.deliver(*way_);
       return;
   }
 }

@@ -37,17 +37,18 @@ class SharedCell : public robot::Robot {
   std::mutex lock_;
 };
 
-/// Scanner and camera of a simulated cell, and what is made of their data.
+/// Scanner and camera of a simulated cell, what is made of their data, and ways of its arm.
 class CellPerception {
  public:
   /// The cell must outlive it.
   CellPerception(SharedCell& cell, const WorkOptions& options) : cell_(cell), options_(options) {}
 
-  /// Looks, and delivers what was seen.
+  /// Looks or plans, and delivers what was seen or planned.
   void answer(const LookRequest& asked, JobCycle& to);
-  /// What was delivered last, of the last look.
+  /// What was delivered last, for the last request.
   const job::ScanResult* scan() const noexcept { return scan_ ? &*scan_ : nullptr; }
   const job::HoleResult* hole() const noexcept { return hole_ ? &*hole_ : nullptr; }
+  const job::WayResult* way() const noexcept { return way_ ? &*way_ : nullptr; }
 
  private:
   job::ScanResult look_into_bin();
@@ -58,6 +59,7 @@ class CellPerception {
   int pictures_ = 0;
   std::optional<job::ScanResult> scan_;
   std::optional<job::HoleResult> hole_;
+  std::optional<job::WayResult> way_;
 };
 
 }  // namespace kr5::work

@@ -23,6 +23,7 @@ struct JobCycle::Shared {
   WorkController controller;
   HandoverSlot<job::ScanResult> scan;
   HandoverSlot<job::HoleResult> hole;
+  HandoverSlot<job::WayResult> way;
   HandoverSlot<LookRequest> request;
   HandoverRing<CycleRow> rows;
   std::atomic<std::uint64_t> lost_rows{0};
@@ -41,12 +42,16 @@ void JobCycle::Shared::take_results() noexcept {
     controller.supervisor().deliver(*result);
     hole.take();
   }
+  if (const job::WayResult* result = way.look()) {
+    controller.supervisor().deliver(*result);
+    way.take();
+  }
 }
 
 void JobCycle::Shared::ask(const robot::RobotReading& reading) noexcept {
   const job::PerceptionRequest& now = controller.supervisor().request();
   if (now.kind == job::RequestKind::None || now.stamp == asked) return;
-  if (request.put({now, reading.T_base_flange})) asked = now.stamp;
+  if (request.put({now, reading.joints, reading.T_base_flange})) asked = now.stamp;
 }
 
 JobCycle::JobCycle(const WorkOptions& options, const job::RestartDecision& start, const cell::Cell& believed,
@@ -80,6 +85,7 @@ std::optional<LookRequest> JobCycle::take_request() noexcept {
 
 bool JobCycle::deliver(const job::ScanResult& result) noexcept { return shared_->scan.put(result); }
 bool JobCycle::deliver(const job::HoleResult& result) noexcept { return shared_->hole.put(result); }
+bool JobCycle::deliver(const job::WayResult& result) noexcept { return shared_->way.put(result); }
 
 void JobCycle::take_rows(const std::function<void(const CycleRow& row)>& use) {
   for (const CycleRow* row = shared_->rows.look(); row; row = shared_->rows.look()) {

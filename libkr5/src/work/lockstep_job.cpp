@@ -61,7 +61,8 @@ void LockstepJob::Program::exchange(std::string_view telegram) {
   if (!answer.empty()) session->note_sent(true, 0, 0);
   if (!answer.empty()) answers.pass(answer, time);
   service.serve(*cycle);
-  if (observe) observe({telegram, answer, service.perception().scan(), service.perception().hole()});
+  const CellPerception& seen = service.perception();
+  if (observe) observe({telegram, answer, seen.scan(), seen.hole(), seen.way()});
   write();
 }
 

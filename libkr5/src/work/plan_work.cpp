@@ -9,6 +9,7 @@
 
 #include <kr5/physics/camera.hpp>
 #include <kr5/vision/find_hole.hpp>
+#include <kr5/work/arm_ways.hpp>
 
 #include "work/reach.hpp"
 
@@ -18,14 +19,6 @@ namespace {
 using Eigen::Translation3d;
 using Eigen::Vector3d;
 using picking::GripperAction;
-
-/// Whether the arm reaches all poses that a pick needs.
-bool reaches(const Reach& reach, const job::PlannedPick& pick) {
-  bool out = reach.of(pick.T_base_grasp);
-  for (int k = 0; out && k < pick.visits; ++k)
-    out = reach.of(pick.visit(k).T_base_put) && reach.of(pick.visit(k).T_base_take);
-  return out;
-}
 
 /// Poses of the steps in which a gripper lets go or takes hold, as visits of the stand.
 job::PlannedPick pick_of(const Pose& T_base_grasp, const picking::HandlingPlan& plan) {
@@ -59,28 +52,55 @@ std::optional<job::PlannedPick> plan_at(const picking::HeldPellet& held, const p
   return out;
 }
 
+/// The same for some turns of the seats.
+std::vector<job::PlannedPick> plan_turned(const picking::HeldPellet& held, const picking::Grasp& grasp,
+                                          const WorkOptions& options) {
+  constexpr int turns = 4;
+  std::vector<job::PlannedPick> out;
+  for (int k = 0; k < turns; ++k)
+    if (const auto pick = plan_at(held, grasp, 2 * std::numbers::pi * k / turns, options)) out.push_back(*pick);
+  return out;
+}
+
+/// The one with the quickest way from the scan into the tube and back; none: the arm cannot go so.
+std::optional<job::PlannedPick> quickest(const std::vector<job::PlannedPick>& picks, const cell::Cell& believed,
+                                         const WorkOptions& options) {
+  const job::JobPlaces& places = options.job.places;
+  const auto joints = Reach(believed).posture(places.over(places.T_base_scan_end));
+  if (!joints) return std::nullopt;
+  job::WayRequest asked;
+  asked.phase = job::Phase::Pick;
+  asked.T_base_tube = options.job.places.T_base_tube;
+  std::optional<job::PlannedPick> out;
+  double least = HUGE_VAL;
+  for (const job::PlannedPick& pick : picks) {
+    asked.pick = pick;
+    const WayPlan plan = plan_ways(believed, *joints, stops_ahead(asked, options), options);
+    if (!plan.possible() || plan.duration >= least) continue;
+    least = plan.duration;
+    out = pick;
+  }
+  return out;
+}
+
 }  // namespace
 
 job::ScanResult plan_work(const picking::Cloud& cloud, const cell::Cell& believed, const WorkOptions& options) {
-  constexpr int turns = 4;
   options.validate();
   const picking::PelletResult found = picking::find_pellets(cloud, options.bin, options.pellets);
   job::ScanResult out;
   out.bin_empty = found.check.finding == picking::CloudFinding::NoPellets;
   if (found.check.finding != picking::CloudFinding::Good) return out;
-  const Reach reach(believed);
   for (const picking::Grasp& grasp : picking::plan_picks(found.pellets, cloud, options.bin, options.grasp)) {
     if (!grasp.graspable()) continue;
     // The tool goes on by the overtravel when it feels nothing.
     const Pose T_base_tool = grasp.T_base_gripper * Translation3d(0, 0, options.job.places.overtravel);
     const auto& pellet = found.pellets[static_cast<std::size_t>(grasp.pellet)];
     const picking::HeldPellet held = picking::hold(pellet, T_base_tool, options.regrip.grip_covariance);
-    for (int k = 0; k < turns; ++k) {
-      const auto pick = plan_at(held, grasp, 2 * std::numbers::pi * k / turns, options);
-      if (!pick || !reaches(reach, *pick)) continue;
-      out.add(*pick);
-      break;
-    }
+    const std::vector<job::PlannedPick> picks = plan_turned(held, grasp, options);
+    const auto best = quickest(picks, believed, options);
+    if (best) out.add(*best);
+    if (!picks.empty() && !best) ++out.unreachable;
   }
   return out;
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include <kr5/cell/sensor_model.hpp>
 #include <kr5/core/error.hpp>
 #include <kr5/sim/insertion_options.hpp>
 
@@ -21,6 +22,7 @@ constexpr double scan_margin = 0.05;     // of the scan beyond the walls of the 
 constexpr double look_height = 0.09;     // from which the camera beside the tool has the tube in view [m]
 constexpr double travel_margin = 0.02;   // of travel, with the tallest pellet, above what stands in the cell [m]
 constexpr double approach_speed = 0.12;  // to the face of a tube that was seen [m/s]
+constexpr double scan_turn = 3.0;        // of the scanner for another scan; half a turn has no direction [rad]
 constexpr double below_lowest = 0.002;   // of the fingers below the upper end of the lowest pellet [m]
 
 Pose upside_down(const Vector3d& place) {
@@ -28,7 +30,7 @@ Pose upside_down(const Vector3d& place) {
 }
 
 /// Ends of a pass along Y of the bin with the middle of the scanner's range on the floor, and of one with the scanner
-/// turned by half a turn, whose receiver looks behind the walls that hide something from it otherwise.
+/// turned by nearly half a turn, whose receiver looks behind the walls that hide something from it otherwise.
 void set_scan(job::JobPlaces& places, const sim::WorkCell& cell) {
   const sim::WorkCellOptions& o = cell.options();
   const Pose T_scanner_tool = o.scanner.T_flange_scanner.inverse() * cell.believed().tool->T_flange_tool;
@@ -39,7 +41,7 @@ void set_scan(job::JobPlaces& places, const sim::WorkCell& cell) {
   };
   places.T_base_scan = tool_at(-reach, 0.0);
   places.T_base_scan_end = tool_at(reach, 0.0);
-  const Pose begin = tool_at(reach, std::numbers::pi), end = tool_at(-reach, std::numbers::pi);
+  const Pose begin = tool_at(reach, scan_turn), end = tool_at(-reach, scan_turn);
   const Reach arm(cell.believed());
   if (!arm.of(begin) || !arm.of(end)) return;
   places.T_base_rescan = begin;
@@ -75,6 +77,7 @@ job::JobOptions job_options(const sim::WorkCell& cell, double grip_height) {
   out.insertion.grip.height = grip_height;
   out.insertion.hole.reset();
   if (!believed.servo->correction) out.insertion.motion.approach_speed = approach_speed;  // else as it permits
+  out.arm = cell::sensor_model(believed);
   out.settle_time = 1.5;
   out.grip_time = 0.6;
   if (believed.robot.limits) {
@@ -86,8 +89,17 @@ job::JobOptions job_options(const sim::WorkCell& cell, double grip_height) {
 
 }  // namespace
 
+void ArmWayOptions::validate() const {
+  require(joint_speed > 0 && joint_speed <= 100, "joint_speed must lie between 0 and 100 rad/s");
+  require(wrist_speed > 0 && wrist_speed <= 100, "wrist_speed must lie between 0 and 100 rad/s");
+  require(margin >= 0 && margin <= 1, "margin must lie between 0 and 1 rad");
+  require(sag >= 0 && sag <= 1, "sag must lie between 0 and 1 m");
+  require(swing >= 0 && swing <= std::numbers::pi, "swing must lie between 0 and pi");
+}
+
 void WorkOptions::validate() const {
   job.validate();
+  ways.validate();
   bin.validate();
   pellets.validate();
   grasp.validate();

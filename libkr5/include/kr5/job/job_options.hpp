@@ -25,6 +25,13 @@ struct JobPlaces {
   double look_height = 0.03;   ///< [m]
   double near_tube = 0.02;     ///< [m]
 
+  /// The tool at least at the height of travel, moved along a direction that gains height, or else straight up.
+  Pose lifted(const Pose& T_base_tool, const Eigen::Vector3d& direction) const noexcept;
+  /// The same against the approach of the tool: where it comes from to such a place, and whereto it leaves.
+  Pose over(const Pose& T_base_tool) const noexcept { return lifted(T_base_tool, -T_base_tool.linear().col(2)); }
+  /// Where the tool holds the pellet over the middle of a tube, to look for it.
+  Pose look(const Pose& T_base_tube) const noexcept;
+
   static void each_field(auto& self, auto&& visit) {
     visit("T_base_scan", self.T_base_scan, "Tool where the scan of the bin begins [m].");
     visit("T_base_scan_end", self.T_base_scan_end, "Tool where it ends; the same for one that needs no motion [m].");
@@ -50,6 +57,7 @@ struct JobOptions {
   double cycle = robot::usual_cycle;  ///< [s]
   JobPlaces places;
   PathLimits motion;
+  std::optional<robot::SensorModel> arm;
   StopLimits stop;
   force::InsertionOptions insertion;
   PhaseTable phases = usual_phases();
@@ -71,6 +79,9 @@ struct JobOptions {
     visit("cycle", self.cycle, "Time between two readings [s].");
     visit("places", self.places, "Where things are.");
     visit("motion", self.motion, "Limits of motion.");
+    visit("arm", self.arm,
+          "Arm whose ways from place to place are planned in its joints, as they are asked for; empty: the tool goes "
+          "straight.");
     visit("stop", self.stop, "Limits that stop the arm.");
     visit("insertion", self.insertion, "Options of the insertion; its attempts are the retries of the phase search.");
     visit("phases", self.phases, "State machine.");

@@ -7,11 +7,13 @@
 
 #include <kr5/core/fields.hpp>
 #include <kr5/geometry/pose.hpp>
+#include <kr5/job/joint_way.hpp>
+#include <kr5/job/phase.hpp>
 
 /// @file
-/// What a supervisor asks of cameras and scanners, and what it is told. Whoever answers takes all the time it needs, in
-/// a thread of its own; the stamp of a request comes back in its result, and a result with another stamp is old. Of
-/// fixed size: copying it allocates nothing.
+/// What a supervisor asks of cameras, scanners and a planner of ways, and what it is told. Whoever answers takes all
+/// the time it needs, in a thread of its own; the stamp of a request comes back in its result, and a result with
+/// another stamp is old. Of fixed size: copying it allocates nothing.
 
 namespace kr5::job {
 
@@ -20,23 +22,12 @@ enum class RequestKind {
   Sweep,  ///< Profiles of the bin are to be taken from now on, while the arm moves over it; nothing is answered.
   Scan,   ///< What can be picked from the bin; the arm stands where its way over it ends.
   Hole,   ///< Where the tube is; the arm stands over where it is believed.
+  Way,    ///< How the joints go from place to place; the arm lifts off meanwhile, and then stands.
 };
 constexpr auto enum_names(RequestKind) {
   using enum RequestKind;
-  return names<RequestKind>({{None, "none"}, {Sweep, "sweep"}, {Scan, "scan"}, {Hole, "hole"}});
+  return names<RequestKind>({{None, "none"}, {Sweep, "sweep"}, {Scan, "scan"}, {Hole, "hole"}, {Way, "way"}});
 }
-
-struct PerceptionRequest {
-  RequestKind kind = RequestKind::None;
-  std::int64_t stamp = 0;
-  int pellet = 0;
-
-  static void each_field(auto& self, auto&& visit) {
-    visit("kind", self.kind, "What is asked for: none | sweep | scan | hole.");
-    visit("stamp", self.stamp, "Cycle in which it was asked.");
-    visit("pellet", self.pellet, "Number of the pellet it is for; 0: none.");
-  }
-};
 
 /// A pellet is put on the station and taken up again in another way.
 struct StationVisit {
@@ -67,11 +58,46 @@ struct PlannedPick {
   }
 };
 
+/// A way that is asked for, and what is to follow it until the pellet is in the tube: its end is to be a good beginning
+/// of the rest.
+struct WayRequest {
+  Pose T_base_from = Pose::Identity();
+  Pose T_base_to = Pose::Identity();
+  Phase phase = Phase::CheckCell;
+  PlannedPick pick;
+  int visit = 0;
+  Pose T_base_tube = Pose::Identity();
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("T_base_from", self.T_base_from, "Tool where it begins [m].");
+    visit("T_base_to", self.T_base_to, "Tool where it ends [m].");
+    visit("phase", self.phase, "Phase that it belongs to.");
+    visit("pick", self.pick, "How the pellet in work goes to the tube.");
+    visit("visit", self.visit, "Number of the visit of the station that is due or under way, from 0.");
+    visit("T_base_tube", self.T_base_tube, "Tube, as far as its place is known [m].");
+  }
+};
+
+struct PerceptionRequest {
+  RequestKind kind = RequestKind::None;
+  std::int64_t stamp = 0;
+  int pellet = 0;
+  WayRequest way = {};
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("kind", self.kind, "What is asked for: none | sweep | scan | hole | way.");
+    visit("stamp", self.stamp, "Cycle in which it was asked.");
+    visit("pellet", self.pellet, "Number of the pellet it is for; 0: none.");
+    visit("way", self.way, "Way that is asked for.");
+  }
+};
+
 struct ScanResult {
   static constexpr int capacity = 64;
 
   std::int64_t stamp = 0;
   bool bin_empty = false;
+  int unreachable = 0;  ///< Pellets that can be gripped, and that the arm cannot bring to the tube.
   int count = 0;
   std::array<PlannedPick, capacity> picks;
 
@@ -94,6 +120,18 @@ struct HoleResult {
     visit("T_base_tube", self.T_base_tube, "Tube: centre of its top face, Z out of it [m].");
     visit("position_std", self.position_std, "Standard deviation of its centre, per axis [m].");
     visit("pellets", self.pellets, "Number of pellets in it; empty: not seen.");
+  }
+};
+
+struct WayResult {
+  std::int64_t stamp = 0;
+  bool found = false;
+  JointWay way;
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("stamp", self.stamp, "Stamp of the request.");
+    visit("found", self.found, "Whether the arm can go there, and on from there, within the limits of its joints.");
+    visit("way", self.way, "Way of the joints.");
   }
 };
 

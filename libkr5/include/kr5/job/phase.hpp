@@ -58,6 +58,7 @@ enum class Outcome {
   HoleNotFound,
   InBore,
   NotInserted,
+  Unreachable,  ///< The arm cannot go where it should, nor on from there; nothing was touched for it.
   AtDepth,
   LeftBore,  ///< Blocked, and out again for another attempt.
   NextPick,
@@ -86,6 +87,7 @@ constexpr auto enum_names(Outcome) {
                          {HoleNotFound, "hole_not_found"},
                          {InBore, "in_bore"},
                          {NotInserted, "not_inserted"},
+                         {Unreachable, "unreachable"},
                          {AtDepth, "at_depth"},
                          {LeftBore, "left_bore"},
                          {NextPick, "next_pick"},

@@ -77,11 +77,12 @@ class Supervisor {
   Supervisor& operator=(Supervisor&&) noexcept;
 
   robot::RobotCommand step(const robot::RobotReading& reading) noexcept;
-  /// What is to be looked at now.
+  /// What is to be looked at or planned now.
   const PerceptionRequest& request() const noexcept;
-  /// What was seen; false for what was not asked for, or no longer.
+  /// What was seen or planned; false for what was not asked for, or no longer.
   bool deliver(const ScanResult& result) noexcept;
   bool deliver(const HoleResult& result) noexcept;
+  bool deliver(const WayResult& result) noexcept;
   void stop_by_operator() noexcept;
   void note_lost_link() noexcept;
 

@@ -3,9 +3,12 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 
 #include <kr5/core/fields.hpp>
 #include <kr5/geometry/pose.hpp>
+#include <kr5/job/joint_way.hpp>
+#include <kr5/robot/sensing.hpp>
 
 /// @file
 /// Smooth motion of the tool through a few poses. Cycle by cycle; nothing here allocates or throws once it is made.
@@ -45,22 +48,29 @@ enum class Way {
   Slow,     ///< At the speed of contact.
   Scan,     ///< At the speed of a scan.
   Guarded,  ///< At the speed of contact, until something is touched.
+  Joint,    ///< As the joints of the arm go; the tool stands before it until their way is known.
 };
 
-/// Straight from pose to pose; speed and acceleration are zero at each of them. A guarded way ends early when something
-/// is touched.
+/// Straight from pose to pose, or along a way of the joints; speed and acceleration are zero at each pose. A guarded
+/// way ends early when something is touched.
 class ToolPath {
  public:
   static constexpr std::size_t capacity = 8;
 
-  /// @param cycle [s]. @throws InvalidArgument as its limits, or for a cycle that is not positive.
-  ToolPath(const PathLimits& limits, double cycle);
+  /// @param cycle [s]. @param arm Whose joints have ways; none: there are no such ways.
+  /// @throws InvalidArgument as its limits, or for a cycle that is not positive.
+  ToolPath(const PathLimits& limits, double cycle, const std::optional<robot::SensorModel>& arm = {});
 
   /// Begins anew, standing at a pose.
   void start(const Pose& T_base_tool) noexcept;
   /// Another pose to go to; those beyond the capacity are left out, and `complete` says so.
   void add(const Pose& T_base_tool, Way way = Way::Free) noexcept;
   bool complete() const noexcept { return complete_; }
+  /// How the joints go along the first joint way that is not known. False where there is none, or where it neither
+  /// begins nor ends as this one.
+  bool set_joint_way(const JointWay& way) noexcept;
+  /// Whether it stands before a joint way that is not known.
+  bool waiting() const noexcept { return at_ < count_ && segments_[at_].way == Way::Joint && !segments_[at_].known; }
 
   /// Where the tool shall be in this cycle. @param force Of the environment on the tool, in B [N].
   const Pose& step(const Eigen::Vector3d& force) noexcept;
@@ -80,12 +90,16 @@ class ToolPath {
     double duration = 0.0;                           ///< [s]
     double max_braking = 0.0;                        ///< Of the share [1/s^2].
     Way way = Way::Free;
+    JointWay joints;
+    bool known = false;  ///< The way of the joints.
   };
+  Pose tool_at(const robot::JointVector& joints) const noexcept;
   void go_to(const Segment& segment, double share) noexcept;
   bool touches(const Segment& segment, const Eigen::Vector3d& force) noexcept;
 
   PathLimits limits_;
   double cycle_;
+  std::optional<robot::SensorModel> arm_;
   std::array<Segment, capacity> segments_;
   std::size_t count_ = 0, at_ = 0;
   Pose pose_ = Pose::Identity();

@@ -62,6 +62,9 @@ Vector6 sensed_weight(double mass, const Eigen::Vector3d& com, const Eigen::Vect
 /// @param wrench Of the environment, about the origin of E, axes of B [N, N m].
 Vector6 sensed_wrench(const SensorModel& model, const Pose& T_base_flange, const Vector6& wrench) noexcept;
 
+/// T_base_flange of joints in place; joints that are not as many as those of the arm give no numbers.
+Pose flange_pose(const kinematics::DhChain& arm, const JointVector& joints) noexcept;
+
 /// The reading of an instant. Joints that are not as many as those of the arm give poses that are no numbers, for which
 /// a controller stops.
 RobotReading robot_reading(const SensorModel& model, const SensorValues& values) noexcept;

@@ -11,8 +11,8 @@
 #include <kr5/work/work_options.hpp>
 
 /// @file
-/// The cycle of a job in a thread that waits for nobody, and what it has to do with the rest of its program: looks that
-/// it asks for, what was seen, rows of what happened.
+/// The cycle of a job in a thread that waits for nobody, and what it has to do with the rest of its program: looks and
+/// ways that it asks for, what was seen, rows of what happened.
 
 namespace kr5::work {
 
@@ -25,9 +25,10 @@ struct CycleRow {
   int attempt = 0;  ///< To insert.
 };
 
-/// What the supervisor wants to be looked at, and from where.
+/// What the supervisor wants to be looked at or planned, and where the arm was then.
 struct LookRequest {
   job::PerceptionRequest request;
+  robot::JointVector joints;  ///< [rad or m]
   Pose T_base_flange = Pose::Identity();
 };
 
@@ -44,11 +45,12 @@ class JobCycle {
   /// What was delivered before counts in this cycle.
   robot::RobotCommand step(const robot::RobotReading& reading) noexcept;
 
-  /// What is to be looked at, told once.
+  /// What is to be looked at or planned, told once.
   std::optional<LookRequest> take_request() noexcept;
   /// False while the last result of this kind has not been taken.
   bool deliver(const job::ScanResult& result) noexcept;
   bool deliver(const job::HoleResult& result) noexcept;
+  bool deliver(const job::WayResult& result) noexcept;
   /// Rows since the last call, the oldest first.
   void take_rows(const std::function<void(const CycleRow& row)>& use);
   /// Rows for which there was no room, since nobody took any for long.

@@ -41,8 +41,7 @@ struct JobTruth {
   double max_force = 0.0;  ///< [N]
 
   static void each_field(auto& self, auto&& visit) {
-    visit("in_tube", self.in_tube,
-          "Number of pellets that were let go in a bore: lower end below the face, axis within the play.");
+    visit("in_tube", self.in_tube, "Number of pellets that were let go in a bore, as `PelletTruth.tube` says.");
     visit("on_stand", self.on_stand, "Number of pellets on the stand.");
     visit("in_bin", self.in_bin, "Number of pellets in the bin.");
     visit("loose", self.loose, "Number of others that are held, or have not come to rest.");

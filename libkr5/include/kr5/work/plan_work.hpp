@@ -12,8 +12,9 @@
 
 namespace kr5::work {
 
-/// Picks of a cloud of the bin, the best first, each with its way over the stand. Those whose poses the arm does not
-/// reach are left out. @param believed Arm, as the controller knows it.
+/// Picks of a cloud of the bin, the best first, each with its way over the stand, turned there as the arm is quickest.
+/// Those that the arm cannot bring into the tube are left out and counted. @param believed Arm, as the controller knows
+/// it.
 /// @throws InvalidArgument for an invalid cloud or options.
 job::ScanResult plan_work(const picking::Cloud& cloud, const cell::Cell& believed, const WorkOptions& options);
 

@@ -10,9 +10,31 @@
 
 namespace kr5::work {
 
+/// How the ways from place to place are planned in the joints of the arm.
+struct ArmWayOptions {
+  double joint_speed = 2.0;  ///< [rad/s or m/s]
+  double wrist_speed = 4.5;  ///< [rad/s]
+  double margin = 0.2;       ///< [rad or m]
+  double sag = 0.005;        ///< [m]
+  double swing = 0.35;       ///< [rad]
+
+  /// @throws InvalidArgument naming the field.
+  void validate() const;
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("joint_speed", self.joint_speed,
+          "Maximum speed of each joint but the last three; limits of the cell hold, too [rad/s or m/s].");
+    visit("wrist_speed", self.wrist_speed, "The same of the last three [rad/s].");
+    visit("margin", self.margin, "Distance of every joint from its limits [rad or m].");
+    visit("sag", self.sag, "Maximum distance of the tool below the straight line between two places [m].");
+    visit("swing", self.swing, "Maximum angle of the tool from the direction between those at two places [rad].");
+  }
+};
+
 /// What a job in a cell is done with: how it is supervised, and how clouds and pictures are read.
 struct WorkOptions {
   job::JobOptions job;
+  ArmWayOptions ways;
   picking::Bin bin;
   picking::PelletOptions pellets;
   picking::GraspOptions grasp;
@@ -28,6 +50,7 @@ struct WorkOptions {
 
   static void each_field(auto& self, auto&& visit) {
     visit("job", self.job, "Supervision.");
+    visit("ways", self.ways, "How ways from place to place are planned.");
     visit("bin", self.bin, "Bin, as it is believed.");
     visit("pellets", self.pellets, "How pellets are found in a cloud.");
     visit("grasp", self.grasp, "How picks are planned.");

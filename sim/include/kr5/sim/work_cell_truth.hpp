@@ -37,8 +37,8 @@ struct PelletTruth {
     visit("radius", self.radius, "Radius [m].");
     visit("height", self.height, "Height [m].");
     visit("tube", self.tube,
-          "Number of the tube in whose bore it is, from 0: its lower end below the face, and its axis within the play "
-          "of the bore; -1: in none.");
+          "Number of the tube in whose bore it is, from 0: its middle below the face, or its lower end, and its axis "
+          "within the play of the bore; -1: in none.");
     visit("depth", self.depth, "Depth of its lower end below the face of that tube [m].");
   }
 };
