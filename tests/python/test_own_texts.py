@@ -33,6 +33,7 @@ ALLOWED = {
     "bindings/kr5/logs/log_file.py": LOGS,
     "bindings/kr5/logs/log_recording.py": "file and line before an error in an entry that a user gave",
     "bindings/kr5/logs/map_guess.py": LOGS,
+    "bindings/kr5/models/isaac_actuators.py": "names of joints, which Isaac Lab takes as regular expressions",
     "bindings/kr5/models/kinds.py": "XML",
     "bindings/kr5/models/mjcf_arm.py": "error messages of MuJoCo",
     "bindings/kr5/models/mjcf_document.py": "XML",

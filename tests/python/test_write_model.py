@@ -1,5 +1,6 @@
 """Cells written as URDF, MJCF and SDF, with what was found in them."""
 
+import functools
 import re
 import xml.etree.ElementTree as xml
 
@@ -109,7 +110,7 @@ def test_a_tuned_cell_is_not_the_nominal_urdf_and_what_is_lost_is_told(arc, tmp_
     assert any("camera" in note and "servo" in note for note in written.notes)
 
 
-@pytest.mark.parametrize("ending", ["urdf", "xml", "sdf", "yaml"])
+@pytest.mark.parametrize("ending", ["urdf", "xml", "sdf", "drake.sdf", "yaml"])
 def test_every_effect_is_held_or_lost_and_none_forgotten(arc, tmp_path, ending):
     all_effects = {}
     possible = [effect for effect in kr5_cell.effect_catalogue() if effect.id not in OF_TORQUE_SERVOS]
@@ -497,7 +498,7 @@ def test_outputs_and_originals_that_do_not_fit_are_refused(arc, tmp_path, output
 def test_links_without_mass_are_refused_by_simulators(arc, tmp_path):
     arc.robot.links = []
     arc.effects = {}
-    for output in ("arm.xml", "arm.sdf"):
+    for output in ("arm.xml", "arm.sdf", "arm.drake.sdf"):
         with pytest.raises(kr5.IoError, match="link 1 has a mass of 0 kg"):
             write_model(arc, tmp_path / output)
     write_model(arc, tmp_path / "arm.urdf")
@@ -571,3 +572,136 @@ def test_what_an_actuator_has_no_place_for_is_noted(mujoco, tmp_path):
     cell.servo = servo
     notes = write_model(cell, out, file).notes
     assert any("no place for these parts of a servo: dead_band, delay" in note for note in notes)
+
+
+def servo_cell(arc, **changes):
+    """The arc with a torque servo a joint; changes: values of that of the second."""
+    servos = [kr5_cell.TorqueServo(stiffness=100.0 + k, damping=2.0 + k, torque_limit=50.0 + k) for k in range(6)]
+    for name, value in changes.items():
+        setattr(servos[1], name, value)
+    servo = kr5_cell.Servo(cycle=0.02)
+    servo.torque = servos
+    arc.servo = servo
+    arc.effects = {}
+    return arc
+
+
+def test_torque_servos_are_controllers_of_gazebo(arc, tmp_path):
+    cell = servo_cell(arc, integral=7.0, torque_limit=None, dead_band=0.01)
+    written = write_model(cell, tmp_path / "arm.sdf")
+    model = xml.parse(tmp_path / "arm.sdf").getroot().find("model")
+    plugins = model.findall("plugin")
+    assert {p.get("name") for p in plugins} == {"gz::sim::systems::JointPositionController"}
+    joints = [j for j in model.findall("joint") if j.get("type") != "fixed"]
+    for k, (joint, plugin) in enumerate(zip(joints, plugins)):
+        servo = cell.servo.torque_of(k)
+        assert plugin.findtext("joint_name") == joint.get("name")
+        found = {key: float(plugin.findtext(key)) for key in ("p_gain", "i_gain", "d_gain", "cmd_max", "cmd_min")}
+        limit = 1e9 if servo.torque_limit is None else servo.torque_limit
+        assert list(found.values()) == [servo.stiffness, servo.integral, 0.0, limit, -limit]
+        # The damping of the controller would act on the error: it stands in that of the joint.
+        assert float(joint.findtext("axis/dynamics/damping")) == cell.drives.friction.viscous[k] + servo.damping
+    assert any("no place for these parts of a servo: dead_band" in note for note in written.notes)
+    assert any("torque limits do not hold for it" in note for note in written.notes)
+
+
+def test_torque_servos_are_actuators_of_drake(arc, tmp_path):
+    cell = servo_cell(arc, delay=0.03)
+    cell.effects = {"coulomb_friction": {"joint2": {"coulomb": 3.5}}, "servo_damping": {"joint3": {"damping": 9.0}}}
+    written = write_model(cell, tmp_path / "arm.drake.sdf")
+    root = xml.parse(tmp_path / "arm.drake.sdf").getroot()
+    joints = [j for j in root.iter("joint") if j.get("type") != "fixed"]
+    links = kr5_cell.arm_links(folded(cell)).links
+    drake = "{http://drake.mit.edu}"
+    for k, (joint, link) in enumerate(zip(joints, links)):
+        servo = folded(cell).servo.torque_of(k)
+        gains = joint.find(f"{drake}controller_gains")
+        assert (float(gains.get("p")), float(gains.get("d"))) == (servo.stiffness, servo.damping)
+        assert float(joint.findtext(f"{drake}rotor_inertia")) == link.armature > 0
+        assert float(joint.findtext(f"{drake}gear_ratio")) == 1.0
+        assert float(joint.findtext("axis/limit/effort")) == servo.torque_limit
+        assert float(joint.findtext("axis/dynamics/damping")) == link.viscous
+        assert joint.find("axis/dynamics/friction") is None
+    assert rows(written.losses) == {("coulomb_friction", "joint2", "coulomb")}
+    assert written.losses[0].reason == "an SDF of Drake has no place for dry friction of a joint"
+    assert any("parts of a servo: delay" in note for note in written.notes)
+
+
+def as_given(name, **arguments):
+    return name, arguments
+
+
+def isaac_actuators(file):
+    """What Isaac Lab is given by a file: classes and their arguments."""
+    import ast
+
+    given = {}
+    values = {}
+    for node in ast.parse(file.read_text()).body:
+        if isinstance(node, ast.ImportFrom):
+            assert node.module == "isaaclab.actuators"
+            names = [alias.name for alias in node.names]
+            given = {name: functools.partial(as_given, name) for name in names}
+        if isinstance(node, ast.Assign):
+            exec(compile(ast.Module([node], []), str(file), "exec"), {**given, **values, "round": round}, values)
+    return values["ACTUATORS"], values["PHYSICS_STEP"]
+
+
+def test_torque_servos_are_actuators_of_isaac_lab(arc, tmp_path):
+    cell = servo_cell(arc, delay=0.034, dead_band=0.01)
+    cell.robot.joint_names = [f"a.{k}" for k in range(6)]
+    cell.effects = {"link_mass": {"joint2": {"mass": 25.0}}, "viscous_friction": {"joint4": {"viscous": 1.25}}}
+    written = write_model(cell, tmp_path / "actuators.py")
+    groups, step = isaac_actuators(tmp_path / "actuators.py")
+    assert [kind for kind, _ in groups.values()] == ["ImplicitActuatorCfg", "DelayedPDActuatorCfg"]
+    links = kr5_cell.arm_links(folded(cell)).links
+    seen = set()
+    for _, given in groups.values():
+        for expression in given["joint_names_expr"]:
+            (k,) = [k for k, link in enumerate(links) if re.fullmatch(expression, link.joint)]
+            seen.add(k)
+            servo, link = folded(cell).servo.torque_of(k), links[k]
+            wanted = {
+                "stiffness": servo.stiffness,
+                "damping": servo.damping,
+                "effort_limit": servo.torque_limit,
+                "armature": link.armature,
+                "friction": link.coulomb,
+                "dynamic_friction": link.coulomb,
+                "viscous_friction": link.viscous,
+                "velocity_limit": link.velocity,
+            }
+            assert {name: given[name][expression] for name in wanted} == wanted
+            delay = round(0.034 / step) if k == 1 else None
+            assert given.get("min_delay") == given.get("max_delay") == delay
+    assert seen == set(range(6))
+    assert rows(written.losses) == {("link_mass", "joint2", "mass")}
+    assert any("parts of a servo: dead_band" in note for note in written.notes)
+
+
+def test_a_motor_of_isaac_lab_has_its_supply_voltage(arc, tmp_path):
+    cell = servo_cell(arc, stall_torque=80.0, no_load_speed=5.0)
+    write_model(cell, tmp_path / "actuators.py")
+    groups, _ = isaac_actuators(tmp_path / "actuators.py")
+    (motor,) = [given for kind, given in groups.values() if kind == "DCMotorCfg"]
+    assert motor["saturation_effort"] == 80.0 and list(motor["velocity_limit"].values()) == [5.0]
+    arc.servo = None
+    with pytest.raises(kr5.IoError, match="has no torque servos"):
+        write_model(arc, tmp_path / "none.py")
+
+
+@pytest.mark.parametrize("kept", ["edited", "flattened", "new"])
+def test_dry_friction_is_stated_as_it_fits_best_in_mujoco(mujoco, tmp_path, kept):
+    from kr5.models.mjcf_actuators import DryFriction
+
+    file, out = tmp_path / "two.xml", tmp_path / "tuned.xml"
+    (tmp_path / "none.xml").write_text("<mujoco><option/></mujoco>")
+    text = SERVOS.replace('name="j2"', 'name="j2" frictionloss="0.5"')
+    file.write_text(text if kept == "edited" else text.replace("<worldbody>", '<include file="none.xml"/><worldbody>'))
+    friction = DryFriction(scale=0.8, time_constant=0.005, impedance=0.99)
+    written = write_model(read_model(file).cell, out, None if kept == "new" else file, friction=friction)
+    model = mujoco.MjModel.from_xml_path(str(out))
+    assert model.dof_frictionloss == pytest.approx([0.0, 0.4])
+    assert model.dof_solref[1] == pytest.approx([0.005, 1.0]) and model.dof_solimp[1, :2] == pytest.approx(0.99)
+    assert model.dof_solref[0] == pytest.approx([0.02, 1.0])  # which has none
+    assert any("0.8 times the dry friction" in note for note in written.notes)

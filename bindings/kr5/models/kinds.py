@@ -14,6 +14,8 @@ class Kind(enum.StrEnum):
     URDF = "urdf"
     MJCF = "mjcf"
     SDF = "sdf"
+    DRAKE = "drake"
+    ISAAC = "isaac"
     CELL = "cell"
 
 
@@ -25,7 +27,16 @@ ENDINGS = {
     ".yaml": Kind.CELL,
     ".yml": Kind.CELL,
 }
-NAMES = {Kind.URDF: "a URDF", Kind.MJCF: "an MJCF", Kind.SDF: "an SDF", Kind.CELL: "a cell"}
+# Of files that are written and not read; the longer ending counts.
+WRITTEN_ENDINGS = {**ENDINGS, ".drake.sdf": Kind.DRAKE, ".py": Kind.ISAAC}
+NAMES = {
+    Kind.URDF: "a URDF",
+    Kind.MJCF: "an MJCF",
+    Kind.SDF: "an SDF",
+    Kind.DRAKE: "an SDF of Drake",
+    Kind.ISAAC: "an actuator configuration of Isaac Lab",
+    Kind.CELL: "a cell",
+}
 ROOTS = {"robot": Kind.URDF, "mujoco": Kind.MJCF, "sdf": Kind.SDF}
 EXPECTED = "a URDF (<robot>), an MJCF (<mujoco>) or a cell file (YAML)"
 
@@ -58,12 +69,13 @@ def model_text(file: Path) -> str:
 
 def kind_of_output(file: Path) -> Kind:
     """What the ending of a new file asks for."""
-    kind = ENDINGS.get(file.suffix.lower())
-    if kind is None:
+    found = [ending for ending in WRITTEN_ENDINGS if file.name.lower().endswith(ending)]
+    if not found:
         raise kr5.IoError(
-            f"{file}: found the ending '{file.suffix}', expected .urdf, .xml (MJCF of MuJoCo), .sdf or .yaml (cell)"
+            f"{file}: found the ending '{file.suffix}', expected .urdf, .xml (MJCF of MuJoCo), .sdf (Gazebo),"
+            " .drake.sdf (Drake), .py (actuators of Isaac Lab) or .yaml (cell)"
         )
-    return kind
+    return WRITTEN_ENDINGS[max(found, key=len)]
 
 
 def _root_element(text: str) -> str | None:

@@ -22,6 +22,27 @@ class Actuator:
     limit: float | None  # [N m or N]
 
 
+@dataclass(frozen=True)
+class DryFriction:
+    """How MuJoCo is to take dry friction, which it softens. Absent numbers: as the model states them."""
+
+    scale: float = 1.0  # of each frictionloss [-]
+    time_constant: float | None = None  # of solreffriction [s]
+    impedance: float | None = None  # both ends of solimpfriction [-]
+
+    def solver(self) -> dict[str, list[float]]:
+        """Attributes of a joint of MJCF."""
+        out = {}
+        if self.time_constant is not None:
+            out["solreffriction"] = [self.time_constant, 1.0]
+        if self.impedance is not None:
+            out["solimpfriction"] = [self.impedance, self.impedance]
+        return out
+
+
+AS_FOUND = DryFriction()
+
+
 def driving(model: Any, joint: int) -> list[int]:
     """Numbers of the actuators that act on a joint."""
     import mujoco

@@ -17,6 +17,8 @@ from kr5.models.simulator_masses import inertial_attributes
 
 # What makes bodies or joints that have no element of their own in the file.
 GENERATORS = ("include", "replicate", "attach", "composite", "flexcomp")
+# Attributes of joints to which MuJoCo gives other names in its own model.
+SPEC_NAMES = {"solreffriction": "solref_friction", "solimpfriction": "solimp_friction"}
 ORIENTATIONS = ("quat", "axisangle", "euler", "xyaxes", "zaxis")
 FLATTENED = (
     "the file is built from others or from patterns (include, replicate, attach), so the result is one file as MuJoCo"
@@ -289,8 +291,9 @@ def _set_servo(element: Any, values: dict[str, float]) -> None:
         element.gainprm[0], element.biasprm[1], element.biasprm[2] = values["kp"], -values["kp"], -values["kv"]
 
 
-def _set_value(element: Any, name: str, value: list[float]) -> None:
-    """A number, or as many as the version of MuJoCo has of it."""
+def _set_value(element: Any, attribute: str, value: list[float]) -> None:
+    """A number, or as many as the version of MuJoCo has of it. attribute: of a joint of MJCF."""
+    name = SPEC_NAMES.get(attribute, attribute)
     before = getattr(element, name)
     if np.ndim(before) == 0:
         setattr(element, name, value[0])

@@ -10,7 +10,7 @@ import kr5
 import kr5.cell
 from kr5 import cell as kr5_cell
 from kr5.kinematics import Body, body_without, is_real, merged_body, transformed_body
-from kr5.models.mjcf_actuators import position_servo
+from kr5.models.mjcf_actuators import AS_FOUND, DryFriction, position_servo
 from kr5.models.mjcf_arm import MjcfArm, pose
 
 SAME = 1e-12  # [m, rad, relative] what rounding leaves of no difference
@@ -40,11 +40,12 @@ class Edits:
         return bool(self.bodies or self.sites or self.new_site or moved)
 
 
-def edits_of(arm: MjcfArm, cell: kr5.cell.Cell, springs: np.ndarray) -> Edits:
+def edits_of(arm: MjcfArm, cell: kr5.cell.Cell, springs: np.ndarray, friction: DryFriction = AS_FOUND) -> Edits:
     """The edits that make the arm of an MJCF that of a cell, effects apart.
 
-    springs: stiffness [N m/rad or N/m] and joint value without torque, n x 2, added to the springs of the MJCF. Raises
-    IoError for a cell of another robot, and for masses that MuJoCo does not take.
+    springs: stiffness [N m/rad or N/m] and joint value without torque, n x 2, added to the springs of the MJCF.
+    friction: how dry friction is stated. Raises IoError for a cell of another robot, and for masses that MuJoCo does
+    not take.
     """
     names = list(cell.robot.joint_names)
     if names and names != arm.names:
@@ -57,7 +58,7 @@ def edits_of(arm: MjcfArm, cell: kr5.cell.Cell, springs: np.ndarray) -> Edits:
         displaced = kr5_cell.link_displacements(arm.links(), now)
     except kr5.InvalidArgument as error:
         raise kr5.IoError(f"{arm.file}: {error}{REMEDY}") from None
-    return _Planner(arm, cell, now, [np.eye(4), *displaced], springs).run()
+    return _Planner(arm, cell, now, [np.eye(4), *displaced], springs, friction).run()
 
 
 def alike(a: npt.ArrayLike, b: npt.ArrayLike) -> bool:
@@ -81,8 +82,9 @@ class _Planner:
         now: kr5_cell.ArmLinks,
         displaced: list[np.ndarray],
         springs: np.ndarray,
+        friction: DryFriction,
     ) -> None:
-        self.arm, self.cell, self.now, self.springs = arm, cell, now, springs
+        self.arm, self.cell, self.now, self.springs, self.friction = arm, cell, now, springs, friction
         self.displaced = [np.eye(4) if alike(T, np.eye(4)) else T for T in displaced]
         tool = cell.tool.T_flange_tool if cell.tool is not None else np.eye(4)
         self.T_base_tip = now.T_base_tip @ tool
@@ -197,11 +199,14 @@ class _Planner:
     def _plan_drive(self, k: int, joint: int) -> None:
         m, dof, link = self.arm.model, int(self.arm.model.jnt_dofadr[joint]), self.now.links[k]
         if self.cell.drives is not None:
-            rows = (("damping", "viscous"), ("frictionloss", "coulomb"), ("armature", "armature"))
-            for attribute, ours in rows:
-                if getattr(m, f"dof_{attribute}")[dof] != getattr(link, ours):
+            dry = self.friction.scale * link.coulomb
+            rows = (("damping", link.viscous), ("frictionloss", dry), ("armature", link.armature))
+            for attribute, value in rows:
+                if getattr(m, f"dof_{attribute}")[dof] != value:
                     higher = getattr(m, f"dof_{attribute}poly", None)
-                    self._set(k, attribute, with_higher_terms(getattr(link, ours), higher, dof))
+                    self._set(k, attribute, with_higher_terms(value, higher, dof))
+            for attribute, values in self.friction.solver().items() if dry else ():
+                self._set(k, attribute, values)
         stiffness, rest = map(float, self.springs[k])
         if stiffness == 0.0:
             return

@@ -9,17 +9,19 @@ import kr5.cell
 import kr5.kinematics
 from kr5 import cell as kr5_cell
 from kr5.files.xml_text import add_element, document_text, number_text, quaternion, rounded_pose
+from kr5.models.mjcf_actuators import AS_FOUND, DryFriction
 from kr5.models.simulator_masses import inertial_attributes, require_masses
 
 THICKNESS = 0.02  # radius of the links that a viewer shows [m]
 SHORTEST = 1e-3  # of a link to show [m]
 
 
-def mjcf_text(cell: kr5.cell.Cell, springs: np.ndarray) -> str:
+def mjcf_text(cell: kr5.cell.Cell, springs: np.ndarray, friction: DryFriction = AS_FOUND) -> str:
     """MJCF of arm and tool, effects apart: bodies link_1 ... link_n, joint friction and limits, the drives' inertia as
     armature, gravity, and the tip as site tool_tip. The base is the world.
 
-    springs: stiffness [N m/rad or N/m] and joint value without torque, n x 2. Raises IoError for links without mass.
+    springs: stiffness [N m/rad or N/m] and joint value without torque, n x 2; friction: how dry friction is stated.
+    Raises IoError for links without mass.
     """
     arm = kr5_cell.arm_links(cell)
     require_masses(arm, cell.name, "MuJoCo")
@@ -31,7 +33,7 @@ def mjcf_text(cell: kr5.cell.Cell, springs: np.ndarray) -> str:
     for k, (link, end) in enumerate(zip(arm.links, ends)):
         parent = _add_body(parent, f"link_{k + 1}", np.linalg.inv(T_base_parent) @ link.T_base_link)
         _add_inertial(parent, link.body)
-        _add_joint(parent, link, springs[k])
+        _add_joint(parent, link, springs[k], friction)
         T_base_parent = link.T_base_link
         _add_shape(parent, np.linalg.inv(T_base_parent) @ end)
     _add_tool(parent, np.linalg.inv(T_base_parent) @ arm.T_base_tip, cell.tool)
@@ -48,7 +50,7 @@ def _add_inertial(body: xml.Element, found: kr5.kinematics.Body | kr5.cell.Tool)
     add_element(body, "inertial", pos=found.com, mass=found.mass, **inertial_attributes(found))
 
 
-def _add_joint(body: xml.Element, link: kr5.cell.ArmLink, spring: np.ndarray) -> None:
+def _add_joint(body: xml.Element, link: kr5.cell.ArmLink, spring: np.ndarray, friction: DryFriction) -> None:
     bounded = math.isfinite(link.lower) and math.isfinite(link.upper)
     stiffness, rest = spring
     add_element(
@@ -60,10 +62,11 @@ def _add_joint(body: xml.Element, link: kr5.cell.ArmLink, spring: np.ndarray) ->
         range=[link.lower, link.upper] if bounded else None,
         actuatorfrcrange=[-link.effort, link.effort] if math.isfinite(link.effort) else None,
         damping=link.viscous or None,
-        frictionloss=link.coulomb or None,
+        frictionloss=friction.scale * link.coulomb or None,
         armature=link.armature or None,
         stiffness=stiffness or None,
         springref=rest if stiffness else None,
+        **(friction.solver() if link.coulomb else {}),
     )
 
 

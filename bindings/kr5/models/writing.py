@@ -13,35 +13,10 @@ import kr5.cell
 from kr5 import cell as kr5_cell
 from kr5 import physics
 from kr5.files import writing
+from kr5.models.forms import FORMS, Form, lost_field_reason
 from kr5.models.kinds import NAMES, Kind, kind_of_file, kind_of_output, model_text
+from kr5.models.mjcf_actuators import AS_FOUND, DryFriction
 
-# Fields of a cell that a format has a place for, by how their path begins.
-ARM_FIELDS = ("robot.T_B_0", "robot.dh", "robot.links", "tool.mass", "tool.T_F_E", "drives.friction")
-HELD_FIELDS = {
-    Kind.URDF: ARM_FIELDS,
-    Kind.SDF: ARM_FIELDS,
-    Kind.MJCF: (
-        *ARM_FIELDS,
-        "drives.rotor_inertia",
-        "servo.torque[].stiffness",
-        "servo.torque[].damping",
-        "servo.torque[].torque_limit",
-    ),
-    Kind.CELL: ("",),
-}
-# Formats in which a joint may have a spring.
-SPRUNG = (Kind.MJCF, Kind.SDF)
-# What the others are, in words.
-FIELD_WORDS = {
-    "drives.torque_constant": "the torque constant of a motor",
-    "drives.rotor_inertia": "the inertia of a rotor",
-    "drives.structure": "the coupling of motors and joints",
-    "servo": "the servo of a joint or a path",
-    "camera": "a camera",
-    "laser": "a line scanner",
-    "contact": "the contact of the tool",
-    "tube": "a tube",
-}
 # Parts of a cell that a model of a robot does not have.
 OTHER_PARTS = ("servo", "camera", "board", "targets", "laser", "contact", "peg", "tube")
 
@@ -92,14 +67,20 @@ class WrittenModel:
 
 
 def write_model(
-    cell: kr5.cell.Cell, output: Path | str, original: Path | str | None = None, base: str = "", tip: str = ""
+    cell: kr5.cell.Cell,
+    output: Path | str,
+    original: Path | str | None = None,
+    base: str = "",
+    tip: str = "",
+    friction: DryFriction = AS_FOUND,
 ) -> WrittenModel:
-    """Writes a cell, with its effects, as the model that the ending of `output` names: .urdf, .xml (MJCF), .sdf, or
-    .yaml (a cell, whose effects that no nominal value holds stay effects).
+    """Writes a cell, with its effects, as the model that the ending of `output` names: .urdf, .xml (MJCF), .sdf
+    (Gazebo), .drake.sdf (Drake), .py (actuators of Isaac Lab), or .yaml (a cell, whose effects that no nominal value
+    holds stay effects).
 
     original: URDF or MJCF from which the cell was made, of the kind of the output. It is edited in place: names, meshes
-    and comments stay. base, tip: as given when it was read. Raises kr5.IoError for an ending, an original or a cell
-    that does not fit, before anything is written.
+    and comments stay. base, tip: as given when it was read. friction: how an MJCF states dry friction, which MuJoCo
+    softens. Raises kr5.IoError for an ending, an original or a cell that does not fit, before anything is written.
     """
     output = Path(output)
     kind = kind_of_output(output)
@@ -107,7 +88,7 @@ def write_model(
     found = physics.fold_effects(cell, add_drives=kind != Kind.CELL)
     out = WrittenModel(output, kind, *_accounts(found, kind))
     out.notes = _notes(found, kind)
-    text = _text(found.cell, out, Path(original) if original else None, base, tip)
+    text = _text(found.cell, out, _Place(Path(original) if original else None, base, tip, friction))
     writing.write_text(text, output)
     return out
 
@@ -139,23 +120,37 @@ def _check_original(output: Path, kind: Kind, original: Path | str | None) -> No
         )
 
 
-def _text(cell: kr5.cell.Cell, out: WrittenModel, original: Path | None, base: str, tip: str) -> str:
+@dataclass
+class _Place:
+    """What a model is written into."""
+
+    original: Path | None
+    base: str
+    tip: str
+    friction: DryFriction
+
+
+def _text(cell: kr5.cell.Cell, out: WrittenModel, to: _Place) -> str:
     springs = physics.cable_springs(cell)
     if out.kind == Kind.CELL:
         return str(cell.to_yaml())
-    if out.kind == Kind.SDF:
+    if out.kind in (Kind.SDF, Kind.DRAKE):
         from kr5.models.new_sdf import sdf_text
 
-        return sdf_text(cell, springs)
-    if original is None and out.kind == Kind.URDF:
-        return str(kr5_cell.to_urdf(cell))
-    if original is None:
+        return sdf_text(cell, springs, out.kind)
+    if out.kind == Kind.ISAAC:
+        from kr5.models.isaac_actuators import isaac_text
+
+        return isaac_text(cell)
+    if out.kind == Kind.URDF:
+        return _updated_urdf(cell, out, to.original, to.base, to.tip) if to.original else str(kr5_cell.to_urdf(cell))
+    if to.friction != AS_FOUND:
+        out.notes.append(_friction_note(to.friction))
+    if to.original is None:
         from kr5.models.new_mjcf import mjcf_text
 
-        return mjcf_text(cell, springs)
-    if out.kind == Kind.URDF:
-        return _updated_urdf(cell, out, original, base, tip)
-    return _updated_mjcf(cell, out, original, base, tip, springs)
+        return mjcf_text(cell, springs, to.friction)
+    return _updated_mjcf(cell, out, to, springs)
 
 
 def _updated_urdf(cell: kr5.cell.Cell, out: WrittenModel, original: Path, base: str, tip: str) -> str:
@@ -178,15 +173,20 @@ def _with_meshes_of(xml: str, original: Path, output: Path) -> str:
     return re.sub(named, renamed, xml)
 
 
-def _updated_mjcf(
-    cell: kr5.cell.Cell, out: WrittenModel, original: Path, base: str, tip: str, springs: np.ndarray
-) -> str:
+def _friction_note(friction: DryFriction) -> str:
+    said = [f"frictionloss is {friction.scale:.3g} times the dry friction of the cell"]
+    said += [f"{name} {' '.join(f'{v:g}' for v in values)}" for name, values in friction.solver().items()]
+    return f"dry friction, which MuJoCo softens, is stated as it fits best there: {', '.join(said)}"
+
+
+def _updated_mjcf(cell: kr5.cell.Cell, out: WrittenModel, to: _Place, springs: np.ndarray) -> str:
     from kr5.models.mjcf_arm import load_mjcf
     from kr5.models.mjcf_document import edited_mjcf
     from kr5.models.mjcf_edits import edits_of
 
-    arm = load_mjcf(original, base, tip)
-    edits = edits_of(arm, cell, springs)
+    assert to.original is not None, "is edited"
+    arm = load_mjcf(to.original, to.base, to.tip)
+    edits = edits_of(arm, cell, springs, to.friction)
     text, notes = edited_mjcf(arm, edits, out.file.parent)
     out.changes = edits.changes
     out.notes += notes
@@ -197,14 +197,14 @@ def _accounts(found: physics.FoldedCell, kind: Kind) -> tuple[list[FoldedParamet
     """What the model holds, and what is lost."""
     folded, losses = [], []
     for effect in found.folded:
-        if not effect.field or re.sub(r"\[\d+\]", "[]", effect.field).startswith(HELD_FIELDS[kind]):
+        if not effect.field or FORMS[kind].holds(effect.field):
             folded += [FoldedParameter(*row, effect.field) for row in _rows(effect)]
         else:
-            losses += [Loss(*row, f"{NAMES[kind]} has no place for {_words(effect.field)}") for row in _rows(effect)]
+            losses += [Loss(*row, lost_field_reason(kind, effect.field)) for row in _rows(effect)]
     for left in found.remaining:
         if kind == Kind.CELL:
             continue
-        if kind in SPRUNG and _is_spring(found, left):
+        if FORMS[kind].springs and _is_spring(found, left):
             folded += [FoldedParameter(*row, "spring of the joint") for row in _rows(left)]
             continue
         what = kr5_cell.find_effect(left.effect).description
@@ -220,10 +220,6 @@ def _rows(effect: physics.FoldedEffect | physics.RemainingEffect) -> list[tuple[
     ]
 
 
-def _words(path: str) -> str:
-    return next(words for start, words in FIELD_WORDS.items() if path.startswith(start))
-
-
 def _is_spring(found: physics.FoldedCell, effect: physics.RemainingEffect) -> bool:
     """Whether an effect acts as the spring of a joint, which some formats have."""
     bare = found.cell
@@ -233,36 +229,51 @@ def _is_spring(found: physics.FoldedCell, effect: physics.RemainingEffect) -> bo
     return not np.array_equal(physics.cable_springs(bare), physics.cable_springs(found.cell))
 
 
-def _unheld_servo_parts(servo: kr5.cell.Servo) -> list[str]:
-    """What of the torque servos a position actuator does not have."""
-    names = ("integral", "feed_forward", "dead_band", "stall_torque", "no_load_speed", "delay")
-    out = [name for name in names if any(getattr(one, name) for one in servo.torque)]
+def _unheld_servo_parts(servo: kr5.cell.Servo, form: Form) -> list[str]:
+    """What of the torque servos a form does not have, by the names of the fields."""
+    stated = [name for name in servo.torque[0].to_dict() if name != "hold"]
+    out = [name for name in stated if name not in form.servo and any(getattr(one, name) for one in servo.torque)]
     held = all(str(one.hold) == "held" for one in servo.torque)
     return out if held else [*out, "hold"]
 
 
 def _notes(found: physics.FoldedCell, kind: Kind) -> list[str]:
     """What the model lacks beside the effects; of a cell, which of them stay effects."""
-    cell = found.cell
+    cell, form = found.cell, FORMS[kind]
     if kind == Kind.CELL:
         left = ", ".join(f"{effect.effect} {effect.target}" for effect in found.remaining)
         return [f"these stay effects, for no nominal value holds them: {left}"] if left else []
     notes = []
-    servo = cell.servo if kind == Kind.MJCF else None
-    held = ("servo",) if servo is not None and servo.torque else ()
-    if servo is not None and (lacking := _unheld_servo_parts(servo)):
-        notes.append(f"{NAMES[kind]} has no place for these parts of a servo: {', '.join(lacking)}")
+    held: tuple[str, ...] = ()
+    if form.servo and cell.servo is not None and cell.servo.torque:
+        held = ("servo",)
+        if lacking := _unheld_servo_parts(cell.servo, form):
+            notes.append(f"{NAMES[kind]} has no place for these parts of a servo: {', '.join(lacking)}")
+        notes += [form.limits] if form.limits else []
     if parts := [name for name in OTHER_PARTS if getattr(cell, name) and name not in held]:
         notes.append(f"{NAMES[kind]} has no place for these parts of the cell: {', '.join(parts)}")
-    drives = cell.drives
-    if drives is not None:
-        S, J = np.asarray(drives.structure), np.asarray(drives.rotor_inertia)
-        coupled = S.T @ np.diag(J) @ S
-        if kind == Kind.MJCF and np.abs(coupled - np.diag(np.diag(coupled))).max() > 1e-12 * np.abs(coupled).max():
-            notes.append("the rotors of coupled joints turn with their own joint alone: armature couples no joints")
-        if kind != Kind.MJCF and J.any():
-            notes.append(f"{NAMES[kind]} has no place for the inertia of the rotors")
-    if kind != Kind.MJCF and not np.allclose(cell.robot.gravity, (0.0, 0.0, -9.81), atol=1e-12):
-        g = " ".join(f"{v:g}" for v in cell.robot.gravity)
-        notes.append(f"gravity is the world's in {NAMES[kind]}: set it to {g} m/s^2 in axes of the base")
+    return [*notes, *_drive_notes(cell, kind), *_robot_notes(cell, kind)]
+
+
+def _drive_notes(cell: kr5.cell.Cell, kind: Kind) -> list[str]:
+    drives, form, notes = cell.drives, FORMS[kind], []
+    if drives is None:
+        return []
+    S, J = np.asarray(drives.structure), np.asarray(drives.rotor_inertia)
+    coupled = S.T @ np.diag(J) @ S
+    if form.rotors and np.abs(coupled - np.diag(np.diag(coupled))).max() > 1e-12 * np.abs(coupled).max():
+        notes.append("the rotors of coupled joints turn with their own joint alone: armature couples no joints")
+    if not form.rotors and J.any():
+        notes.append(f"{NAMES[kind]} has no place for the inertia of the rotors")
+    if not form.holds("drives.friction.coulomb[0]") and np.any(drives.friction.coulomb):
+        notes.append(f"{NAMES[kind]} has no place for dry friction of the joints")
     return notes
+
+
+def _robot_notes(cell: kr5.cell.Cell, kind: Kind) -> list[str]:
+    if kind == Kind.ISAAC:
+        return ["the arm itself stands in its USD or URDF, which has to hold its masses and lengths"]
+    if FORMS[kind].gravity or np.allclose(cell.robot.gravity, (0.0, 0.0, -9.81), atol=1e-12):
+        return []
+    g = " ".join(f"{v:g}" for v in cell.robot.gravity)
+    return [f"gravity is the world's in {NAMES[kind]}: set it to {g} m/s^2 in axes of the base"]

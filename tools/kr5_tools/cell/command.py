@@ -134,7 +134,8 @@ def export_robot(
             "-o",
             "--output",
             metavar="FILE",
-            help="File to write: .urdf, .xml (MJCF of MuJoCo), .sdf (Gazebo), or .yaml (cell).",
+            help="File to write: .urdf, .xml (MJCF of MuJoCo), .sdf (Gazebo), .drake.sdf (Drake), .py (actuators of"
+            " Isaac Lab), or .yaml (cell).",
         ),
     ],
     original: Annotated[

@@ -49,8 +49,9 @@ WriteModel = Annotated[
     typer.Option(
         "--write-model",
         metavar="MODEL",
-        help="Model with the causes in it, in the format of its ending: .urdf, .xml (MJCF) or .sdf; where this is the"
-        " format of --model, a copy of that file in which only what differs is changed.",
+        help="Model with the causes in it, in the format of its ending: .urdf, .xml (MJCF), .sdf (Gazebo), .drake.sdf"
+        " (Drake) or .py (actuators of Isaac Lab); where this is the format of --model, a copy of that file in which"
+        " only what differs is changed.",
     ),
 ]
 WriteRecording = Annotated[
