@@ -25,7 +25,7 @@ ALLOWED = (
 # Ids that also name a field, a file or a command, and where they do.
 OTHER_MEANING: dict[str, tuple[str, ...]] = {
     "servo_damping": ("libkr5/include/kr5/force/insertion.hpp",),
-    "torque_limit": ("libkr5/include/kr5/cell/drives.hpp",),
+    "torque_limit": ("libkr5/include/kr5/cell/drives.hpp", "bindings/kr5/models/forms.py"),
     "hand_eye": ("tools/kr5_tools/",),
     "payload": (
         "libkr5/include/kr5/cell/import_urdf.hpp",
@@ -45,6 +45,7 @@ OTHER_MEANING: dict[str, tuple[str, ...]] = {
         "sim/src/insertion.cpp",
         "tools/kr5_tools/insertion/",
     ),
+    "viscous_friction": ("bindings/kr5/models/isaac_actuators.py",),
 }
 
 
