@@ -149,6 +149,11 @@ BENCHES = {
         " saturates and is viscous friction, which the tuned XML predicts to 0.995; of seed 107 a tenth of it does not"
         " show as dry friction (gap 1.17).",
     ),
+    "servos": Bench(
+        "Servos named from commands and positions: MuJoCo arms, a real SO-101",
+        "all kinds of effects; draws with other seeds, which are made of the commit",
+        quick=("--arms", "8"),
+    ),
     "blind_check": Bench(
         "Blind check of the diagnosis: sealed cells of a program of its own, on Pinocchio",
         "all kinds of effects, those of the catalogue and those outside it: thresholds were set on cells of the same"

@@ -179,6 +179,27 @@ class NextExperiment(OpenDocument):
     text: str = Field("", description="the experiment in words; not read back")
 
 
+class MujocoFriction(OpenDocument):
+    scale: float = Field(1.0, description="of each frictionloss, over the dry friction that was found [-]")
+    time_constant: float | None = Field(None, description="of solreffriction; none: as the model states it [s]")
+    impedance: float | None = Field(None, description="of solimpfriction; none: as the model states it [-]")
+
+
+class MujocoErrors(OpenDocument):
+    """Errors of positions, RMS over the rows to check, one a joint [rad or m]."""
+
+    joints: list[str]
+    slides: list[bool] = Field(description="whether a joint moves along its axis")
+    rows: int
+    checked: bool = Field(description="whether the rows were kept to judge")
+    before: list[float] = Field(description="MuJoCo with the model as it was read")
+    own: list[float] = Field(description="kr5 with the causes")
+    after: list[float] = Field(description="MuJoCo with the model that was written")
+    as_found: list[float] = Field([], description="MuJoCo with dry friction as found, where other is written")
+    friction: MujocoFriction = Field(description="dry friction that is written")
+    seconds: float
+
+
 class DiagnosisFile(OpenDocument):
     """A diagnosis, `kr5-gap/2`: the fields of `kr5.gap.Diagnosis`, `reduction` as `shrink` and `explained_fraction` as
     `gap_closed`. The library reads it, and tells what is wrong in lists whose items are not shown here."""
@@ -208,6 +229,7 @@ class DiagnosisFile(OpenDocument):
     sets_limit: int = 0
     joint_names: list[str] = []
     notes: list[str] = []
+    mujoco: MujocoErrors | None = Field(None, description="what MuJoCo says of the model that was written")
 
 
 class DescribedExperiment(OpenDocument):

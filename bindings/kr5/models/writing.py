@@ -82,15 +82,27 @@ def write_model(
     and comments stay. base, tip: as given when it was read. friction: how an MJCF states dry friction, which MuJoCo
     softens. Raises kr5.IoError for an ending, an original or a cell that does not fit, before anything is written.
     """
+    out, text = composed_model(cell, output, original, base, tip, friction)
+    writing.write_text(text, out.file)
+    return out
+
+
+def composed_model(
+    cell: kr5.cell.Cell,
+    output: Path | str,
+    original: Path | str | None = None,
+    base: str = "",
+    tip: str = "",
+    friction: DryFriction = AS_FOUND,
+) -> tuple[WrittenModel, str]:
+    """What write_model makes of a cell, and the text that it writes: a command writes nothing before it has ended."""
     output = Path(output)
     kind = kind_of_output(output)
     _check_original(output, kind, original)
     found = physics.fold_effects(cell, add_drives=kind != Kind.CELL)
     out = WrittenModel(output, kind, *_accounts(found, kind))
     out.notes = _notes(found, kind)
-    text = _text(found.cell, out, _Place(Path(original) if original else None, base, tip, friction))
-    writing.write_text(text, output)
-    return out
+    return out, _text(found.cell, out, _Place(Path(original) if original else None, base, tip, friction))
 
 
 def check_editable(original: Path | str, base: str = "", tip: str = "") -> None:

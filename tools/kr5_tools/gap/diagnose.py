@@ -1,16 +1,19 @@
 """`kr5 gap diagnose`: why simulation and cell disagree."""
 
 import json
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
+import kr5
 import kr5.cell
 import kr5.gap
 import typer
 from kr5.files import results, writing
 from kr5.logs import search_widely
 from kr5.logs.compared_source import ComparedSource, SourceOptions, input_files
+from kr5.models.mujoco_check import MujocoCheck
 from kr5.models.writing import WrittenModel
 
 from kr5_tools.cli import arguments, tables, terminal
@@ -107,9 +110,13 @@ def diagnose(
     outputs.check_model(compared)
     options = search_widely(options, compared)
     found = run_diagnosis(compared.recording, arguments.make_simulator(full), options)
-    diagnosis = outputs.write_results(found, compared)
-    written = outputs.write_models(found.cell, compared, reading)
-    print_diagnosis(found, compared, to, everything)
+    written, check = None, None
+    try:
+        written = outputs.write_models(found.cell, compared, reading)
+        check = outputs.confirm(written, found.cell, compared, reading)
+    finally:  # what was found is kept, even if a model cannot be written
+        diagnosis = outputs.write_results(found, compared, check)
+    print_diagnosis(found, compared, to, everything, check)
     if written is not None:
         print_model(written, found.cell if found.causes else None, compared.recording, to)
     outputs.write_report(diagnosis, compared, to)
@@ -144,13 +151,16 @@ class DiagnoseOutputs:
         if original := self._original(compared):
             check_editable(original.file, original.base, original.tip)
 
-    def write_results(self, found: kr5.gap.Diagnosis, compared: ComparedSource) -> DiagnosisFile:
+    def write_results(
+        self, found: kr5.gap.Diagnosis, compared: ComparedSource, check: MujocoCheck | None
+    ) -> DiagnosisFile:
         """The recording and the result files; returns the result."""
         if self.recording:
             with writing.folder_beside(self.recording) as new:
                 kr5.cell.save_recording(compared.recording, new)
             compared.inputs["recording"] = str(self.recording.resolve())
         data = json.loads(found.to_json())
+        data |= {"mujoco": check.to_dict()} if check is not None else {}
         keys = {key: value for key, value in data.items() if key != "format"}
         result = results.write_result(self.result, data["format"], **keys, input=compared.inputs, seconds=found.seconds)
         writing.write_json(data, self.json_file)
@@ -170,6 +180,25 @@ class DiagnoseOutputs:
         original = self._original(compared)
         arm = (original.file, reading.base, reading.tip) if original else (None, "", "")
         return write_model(cell, self.model, *arm)
+
+    def confirm(
+        self, written: WrittenModel | None, tuned: kr5.cell.Cell, compared: ComparedSource, reading: SourceOptions
+    ) -> MujocoCheck | None:
+        """What MuJoCo says of the model that was written, where that is an MJCF with servos; a caution where it cannot
+        say anything."""
+        from kr5.models.kinds import Kind
+        from kr5.models.mujoco_check import confirm_written, has_commanded_motions
+
+        if written is None or written.kind != Kind.MJCF or not has_commanded_motions(compared.recording):
+            return None
+        original = self._original(compared)
+        file, base, tip = (original.file, reading.base, reading.tip) if original else (None, "", "")
+        try:
+            with terminal.share_bar("Moving the model in MuJoCo") as progress:
+                return confirm_written(written, compared.recording, tuned, file, base, tip, progress)
+        except kr5.IoError as error:
+            warnings.warn(f"MuJoCo has not confirmed the model: {error}", kr5.Caution, stacklevel=2)
+            return None
 
     def write_report(self, diagnosis: DiagnosisFile, compared: ComparedSource, to: Console) -> None:
         if not self.report:
@@ -203,6 +232,8 @@ def print_model(written: WrittenModel, tuned: kr5.cell.Cell | None, recording: k
     if written.losses:
         rows = [list(row) for row in dict.fromkeys((x.effect, x.target, x.reason) for x in written.losses)]
         to.print(tables.make_table("Not in the model", ["effect", "target", "reason"], rows, text=(1, 2)))
+    for note in written.notes:
+        to.print(f"Note: {note}.", soft_wrap=True, markup=False)
 
 
 def _reduction_text(recording: kr5.cell.Recording, tuned: kr5.cell.Cell) -> str:

@@ -9,6 +9,7 @@ import kr5.gap
 import numpy as np
 from kr5.gap import column_text, dependence_text, display_unit, effect_text, joint_name, notes, value_text
 from kr5.logs.compared_source import ComparedSource
+from kr5.models.mujoco_check import MujocoCheck
 from rich.markup import escape
 
 from kr5_tools.cli import tables
@@ -19,6 +20,7 @@ from kr5_tools.gap_report.diagnosis_file import DiagnosisFile
 from kr5_tools.gap_report.evidence import nominal_value, without_rounding
 from kr5_tools.gap_report.messages import capitalised, group_of, join_list, next_steps
 from kr5_tools.gap_report.model_warnings import model_warnings
+from kr5_tools.gap_report.mujoco_sentences import check_sentences
 
 VERDICTS = {
     "no_gap": ("green", "No gap"),
@@ -32,15 +34,23 @@ MOST_PARTS = 3  # rows for each way to divide the gap, without --all
 FURTHER = "--all lists every one"
 
 
-def print_diagnosis(found: kr5.gap.Diagnosis, source: ComparedSource, to: Console, everything: bool = False) -> None:
-    """A diagnosis (kr5.gap.Diagnosis) for people: the verdict, the causes, how its logs were read, where the gap is,
-    what remains, what to do."""
+def print_diagnosis(
+    found: kr5.gap.Diagnosis,
+    source: ComparedSource,
+    to: Console,
+    everything: bool = False,
+    check: MujocoCheck | None = None,
+) -> None:
+    """A diagnosis (kr5.gap.Diagnosis) for people: the verdict, what MuJoCo says of the model that was written, the
+    causes, how its logs were read, where the gap is, what remains, what to do."""
     colour, word = VERDICTS[str(found.verdict)]
     to.print(f"[bold {colour}]{word}.[/] {escape(found.text)}", soft_wrap=True, markup=True)
     nominal = source.recording.cell
     model = str(source.model.file) if source.model else None
     for warning in model_warnings(found, nominal, model):
         to.print(f"[yellow]{escape(warning)}[/]", soft_wrap=True, markup=True)
+    if check is not None:
+        to.print(" ".join(check_sentences(check)), soft_wrap=True)
     causes, names = found.causes, found.joint_names
     _say_list(to, "Causes", [cause_line(cause, names, nominal, len(causes) > 1) for cause in causes])
     print_source(source, to, everything)

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import kr5.gap
+from kr5.models.mujoco_check import MujocoCheck
 
 FORMATS = ("kr5-gap/2", "kr5-gap/1")
 
@@ -18,6 +19,7 @@ class DiagnosisFile:
     created: str = ""
     version: str = ""
     command: str = ""
+    mujoco: MujocoCheck | None = None  # what MuJoCo says of the model that was written
 
     @property
     def of_logs(self) -> bool:
@@ -33,7 +35,8 @@ class DiagnosisFile:
 def diagnosis_of(found: kr5.gap.Diagnosis, result: dict[str, Any]) -> DiagnosisFile:
     """A diagnosis with the keys of its result."""
     keys = {key: result[key] for key in ("created", "version", "command") if result.get(key)}
-    return DiagnosisFile(found, dict(result.get("input", {})), **keys)
+    mujoco = MujocoCheck.from_dict(result["mujoco"]) if result.get("mujoco") else None
+    return DiagnosisFile(found, dict(result.get("input", {})), **keys, mujoco=mujoco)
 
 
 def read_diagnosis(file: Path) -> DiagnosisFile:

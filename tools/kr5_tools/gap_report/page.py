@@ -19,6 +19,7 @@ from kr5_tools.gap_report.diagnosis_file import DiagnosisFile
 from kr5_tools.gap_report.evidence import alternatives_to, evidence_against, evidence_for, parameter_rows
 from kr5_tools.gap_report.messages import capitalised, effect_row, group_of, join_list, next_steps
 from kr5_tools.gap_report.model_warnings import model_warnings
+from kr5_tools.gap_report.mujoco_sentences import check_rows, check_sentences
 
 if TYPE_CHECKING:
     from kr5_tools.calibrate.plots import Plot
@@ -287,6 +288,8 @@ def make_page(
         conditions=evidence.parts() if evidence else [],
         experiment=found.next_experiment.text,
         notes=notes(found, diagnosis.noise_declared),
+        mujoco=check_sentences(diagnosis.mujoco) if diagnosis.mujoco else [],
+        mujoco_rows=check_rows(diagnosis.mujoco) if diagnosis.mujoco else [],
         parts=parts,
         heat=[plots[n] for n in ("heat_before", "heat_after") if n in plots],
         shrink=plots.get("shrink"),
