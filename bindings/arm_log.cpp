@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <kr5/arm_log/best_arm.hpp>
 #include <kr5/arm_log/diagnose_log.hpp>
+#include <kr5/arm_log/joint_unit.hpp>
 #include <kr5/arm_log/log_problem.hpp>
 #include <kr5/arm_log/measured_positions.hpp>
 #include <kr5/arm_log/model_parts.hpp>
@@ -44,6 +45,15 @@ void bind_log(py::module_& m) {
   m.attr("usual_row_step") = usual_row_step;  // between rows of a controller's log [s]
   m.def("guess_time_unit", &guess_time_unit, py::arg("stamps"), py::arg("usual_step") = usual_row_step,
         "Unit of time stamps of which nothing tells it; usual_step: between rows of such logs, 0: not known [s].");
+  m.def("counts_rows", &counts_rows, py::arg("stamps"),
+        "Whether stamps count rows, each one above the last, so that they tell no time.");
+  bind_enum<JointUnit>(m, "JointUnit", "Unit of logged joint angles of which nothing tells it.");
+  bind_struct<JointUnitGuess>(m, "JointUnitGuess", "Unit of logged joint angles by their numbers.");
+  m.attr("MOST_RADIANS") = most_radians;
+  m.def("guess_joint_unit", &guess_joint_unit, py::arg("values"), py::arg("lower"), py::arg("upper"),
+        "Unit of logged angles, rows x joints that turn; lower, upper: limits of these joints [rad], may be empty.");
+  m.def("magnitudes_only", &magnitudes_only, py::arg("loads"),
+        "Whether loads, rows x joints, are sizes without a sign.");
   m.def("written_in_turn", &written_in_turn, py::arg("positions"),
         "Whether positions of a joint jump to and fro, as those of two publishers do.");
   bind_enum<LogNoteKind>(m, "LogNoteKind", "What a note on a log tells.");

@@ -54,4 +54,12 @@ TEST_CASE("a usual step is no negative number", "[time_unit]") {
   CHECK_THROWS_AS(guess_time_unit(even(0, 1), nan), InvalidArgument);
 }
 
+TEST_CASE("stamps that count rows tell no time") {
+  CHECK(arm_log::counts_rows(Eigen::VectorXd::LinSpaced(50, 0, 49)));
+  CHECK(arm_log::counts_rows(Eigen::VectorXd::LinSpaced(50, 1, 50)));
+  CHECK_FALSE(arm_log::counts_rows(Eigen::VectorXd::LinSpaced(50, 0, 98)));
+  CHECK_FALSE(arm_log::counts_rows(Eigen::VectorXd::LinSpaced(50, 1000, 1049)));
+  CHECK_FALSE(arm_log::counts_rows(Eigen::VectorXd::LinSpaced(5, 0, 4)));
+}
+
 }  // namespace time_unit_test

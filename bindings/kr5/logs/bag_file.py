@@ -14,8 +14,16 @@ MAX_MESSAGE = 1 << 16  # bytes; larger ones are images and clouds
 LEFT_OUT = ("Image", "CompressedImage", "PointCloud2", "CameraInfo", "TFMessage", "Log", "RobotDescription", "String")
 
 
+PARTS = ("*.db3", "*.mcap")  # of a bag that was split
+
+
 def is_bag_folder(path: Path) -> bool:
-    return path.is_dir() and (path / "metadata.yaml").is_file()
+    """A folder as ROS 2 records it, or one with its parts alone."""
+    return path.is_dir() and ((path / "metadata.yaml").is_file() or bool(_parts(path)))
+
+
+def _parts(folder: Path) -> list[Path]:
+    return sorted(file for pattern in PARTS for file in folder.glob(pattern))
 
 
 def read_bag(path: Path) -> Log:
@@ -27,7 +35,8 @@ def read_bag(path: Path) -> Log:
         raise kr5.FileError(path, f"to read a ROS bag, the package rosbags is needed: {INSTALL}") from None
     table, kinds = MessageTable(path), dict[str, str]()
     try:
-        with AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as reader:
+        whole = path.is_file() or (path / "metadata.yaml").is_file()
+        with AnyReader([path] if whole else _parts(path), default_typestore=get_typestore(Stores.LATEST)) as reader:
             kinds = {c.topic: c.msgtype for c in reader.connections}
             wanted = [c for c in reader.connections if c.msgtype.split("/")[-1] not in LEFT_OUT]
             if wanted:  # of none, rosbags would read all

@@ -42,6 +42,12 @@ def guess_clock(
     step = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
     usual = cycle or usual
     unit = str(given["unit"]) if "unit" in given else ("s" if name == own else stated_unit(name))
+    if not unit and usual and arm_log.counts_rows(stamps):
+        raise kr5.FileError(
+            log.file,
+            f"{name} counts rows (0, 1, 2, ...), which is no time; state their interval with --every SECONDS, or the"
+            " unit of the count with --set clock.unit=ms",
+        )
     unit = unit or str(arm_log.guess_time_unit(stamps, usual or 0.0))
     scale = unit_factor(unit, ("time",), "clock")[0]
     reason = f"a row every {step:.4g} {unit}" + (f", which is {step * scale:.4g} s" if scale != 1 else "")

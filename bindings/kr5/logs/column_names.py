@@ -15,20 +15,25 @@ TORQUE = {"tau", "taum", "torque", "torques", "eff", "effort", "efforts", "trq",
 CURRENT = {"i", "cur", "curr", "current", "currents", "amp", "amps", "strom", "ma"}
 POSITION = {"q", "qm", "theta", "pos", "position", "positions", "angle", "angles", "joint", "axis", "j", "deg", "rad"}
 COMMAND = {"c", "qc", "cmd", "command", "commanded", "commands", "des", "desired", "target", "ref", "reference", "set"}
-COMMAND |= {"setpoint", "setpoints", "soll", "goal", "trajectory"}
+COMMAND |= {"setpoint", "setpoints", "soll", "goal", "trajectory", "action", "actions"}
 MEASURED = {"act", "actual", "meas", "measured", "ist", "state", "states", "feedback", "fb", "real"}
+MEASURED |= {"observation", "observations", "obs"}
 # Words that tell a quantity only where nothing else does: they may as well be those of a joint, a unit, a message.
 VAGUE = {"joint", "axis", "j", "deg", "rad", "rate", "c", "v", "i", "ma"}
 MOTOR_SIDE = {"qm", "taum", "motor", "rotor"}  # of angles and torques; a current is that of a motor anyway
 # Columns with one of these are no reading of a joint that a cell could show.
 OTHER = {"ext", "external", "error", "err", "diff", "std", "temp", "temperature", "temperatur", "status", "mode"}
+OTHER |= {"cartesian", "eef", "tcp", "computed", "prev", "previous", "gripper", "env", "environment", "sin", "cos"}
+OTHER |= {"enable", "enabled"}
 OTHER |= {"model", "limit", "limits", "min", "max", "voltage", "brake", "stamp", "seq", "header", "effectiveness"}
 MERGED = {"qcmd": "qc", "qdes": "qc", "qref": "qc", "qset": "qc", "qsoll": "qc", "qact": "q", "qmeas": "q", "qist": "q"}
+MERGED |= {"qpos": "q", "qvel": "qd"}
 
 UNITS = {"deg": "deg", "rad": "rad", "ma": "mA", "mm": "mm", "nm": "N m", "nmm": "N mm", "percent": "%"}
 UNITS |= {"pct": "%", "%": "%"}
 NUMBER = re.compile(r"\d+")
 WORD = re.compile(r"mA(?![a-z])|[A-Z]+(?![a-z])|[A-Z]?[a-z]+|#|%")
+GRIPPER = re.compile(r"gripper|finger|jaw|claw")  # of a name: what grasps, and is no joint of the arm
 PLAIN_JOINT = re.compile(r"_?(joint|link|revolute|prismatic)_?")
 
 
@@ -42,6 +47,7 @@ class Family:
     unit: str | None = None  # as the name says it
     motor_side: bool = False
     named: bool = False  # by the names of the joints, not by numbers
+    note: str = ""  # what of a vector of the log was left out, or taken by its place alone
 
 
 @dataclass
@@ -51,6 +57,7 @@ class FoundFamilies:
     families: dict[str, list[Family]] = field(default_factory=dict)
     joint_words: list[str] = field(default_factory=list)  # what stands where a joint should, of columns that do not fit
     lacking: dict[str, list[str]] = field(default_factory=dict)  # of a quantity of named joints, those without it
+    vectors: dict[str, int] = field(default_factory=dict)  # those of other sizes than the arm, with their size
 
     def lacking_of(self, name: str) -> list[str]:
         """Joints without a column of a quantity that others have."""
@@ -67,17 +74,21 @@ def find_families(log: Log, joints: Sequence[str], number: int) -> FoundFamilies
     joint states; else by the words in which the columns of a family differ; else by its number.
     """
     found = FoundFamilies()
-    stems = _stems(log, joints)
-    for stem, columns in stems.items():
+    for stem, columns in log.arrays.items():
+        name = _quantity(f"{stem}.{JOINT}")
+        if name is not None:
+            _add_vector(found, name, stem, columns, log, joints, number)
+    stems = _stems(log, joints, number)
+    for stem, keyed in stems.items():
         words = words_of(stem)
         name = _quantity(stem)
         if name is None:
             continue
-        ordered, named = _in_order(columns, joints, number)
+        ordered, named = _in_order(keyed, joints, number)
         if ordered is None:
-            found.joint_words += [key for key in columns if key not in found.joint_words]
-            if any(j in columns for j in joints):
-                found.lacking.setdefault(name, [j for j in joints if j not in columns])
+            found.joint_words += [key for key in keyed if key not in found.joint_words]
+            if any(j in keyed for j in joints):
+                found.lacking.setdefault(name, [j for j in joints if j not in keyed])
             continue
         motor = bool(MOTOR_SIDE & set(words)) and name != "i"
         unit = next((UNITS[w] for w in words if w in UNITS), None)
@@ -85,6 +96,57 @@ def find_families(log: Log, joints: Sequence[str], number: int) -> FoundFamilies
     for families in found.families.values():
         families.sort(key=_preference)
     return found
+
+
+def _add_vector(
+    found: FoundFamilies, name: str, stem: str, columns: list[str], log: Log, joints: Sequence[str], number: int
+) -> None:
+    """A vector of the log: by the names of its components, else by their places, without a gripper."""
+    labels = [log.labels.get(column, "") for column in columns]
+    by_name = _by_labels(columns, labels, joints)
+    grippers = [c for c, label in zip(columns, labels) if GRIPPER.search(label.lower())]
+    ordered, note = by_name, ""
+    if by_name is not None:
+        rest = [column for column in columns if column not in by_name]
+        note = f"{', '.join(rest)} {_is_are(rest)} left out, a gripper or no joint of the arm" if rest else ""
+    elif len(columns) == number:
+        ordered = columns
+    elif grippers and len(columns) - len(grippers) == number:
+        ordered = [column for column in columns if column not in grippers]
+        note = f"{', '.join(grippers)} {_is_are(grippers)} left out, since a gripper is no joint of the arm"
+    elif len(columns) == number + 1 and not any(labels):
+        ordered = columns[:-1]
+        note = f"{columns[-1]} is left out, taken for a gripper: the arm has {number} joints, and the vector one more"
+    if ordered is None:
+        found.joint_words += [label for label in labels if label and label not in found.joint_words]
+        found.vectors[stem] = len(columns)
+        return
+    words = words_of(stem)
+    if by_name is None and joints and any(labels):
+        told = [log.labels[c] for c in ordered]
+        place = f"{', '.join(told)} of {stem} are taken in this order for {', '.join(joints)}"
+        note = f"{note}; {place}" if note else place
+    unit = next((UNITS[w] for w in words if w in UNITS), None)
+    motor = bool(MOTOR_SIDE & set(words)) and name != "i"
+    family = Family(name, list(ordered), f"{stem}.{JOINT}", unit, motor, by_name is not None, note)
+    found.families.setdefault(name, []).append(family)
+
+
+def _is_are(columns: Sequence[str]) -> str:
+    return "is" if len(columns) == 1 else "are"
+
+
+def _by_labels(columns: Sequence[str], labels: Sequence[str], joints: Sequence[str]) -> list[str] | None:
+    """The columns in the order of the arm, where their labels name its joints."""
+    if not joints or not any(labels):
+        return None
+    holding = {joint: [c for c, label in zip(columns, labels) if _holds(label, joint)] for joint in joints}
+    exact = {joint: [c for c, label in zip(columns, labels) if label == joint] for joint in joints}
+    best = [exact[joint] or holding[joint] for joint in joints]
+    if all(len(found) == 1 for found in best):
+        return [found[0] for found in best]
+    match = _matched(labels, joints)
+    return [columns[labels.index(match[joint])] for joint in joints] if match else None
 
 
 def spoken_joints(columns: Sequence[str]) -> list[str]:
@@ -150,12 +212,16 @@ def _preference(family: Family) -> tuple[bool, bool, bool, int]:
     return (not family.named, "controller" in words, "output" in words, len(family.stem))
 
 
-def _stems(log: Log, joints: Sequence[str]) -> dict[str, dict[str, str]]:
-    """Columns by their names without the joint: the joint's name, or its number, to the column."""
+def _stems(log: Log, joints: Sequence[str], number: int) -> dict[str, dict[str, str]]:
+    """Columns by their names without the joint: the joint's name, or its number, to the column; of an arm with one
+    joint, whose columns need not name it, all of the name."""
+    in_vectors = {column for columns in log.arrays.values() for column in columns}
     by_length = sorted(joints, key=len, reverse=True)
     out: dict[str, dict[str, str]] = {}
     rest = []
     for column in log.columns:
+        if column in in_vectors:
+            continue
         joint = next((j for j in by_length if _holds(column, j)), None)
         if joint is not None:
             out.setdefault(_replaced(column, joint), {}).setdefault(joint, column)
@@ -168,6 +234,8 @@ def _stems(log: Log, joints: Sequence[str]) -> dict[str, dict[str, str]]:
             stem = column[: number.start()] + JOINT + column[number.end() :]
             key = spoken.get(_group(column), {}).get(int(number[0]), number[0])
             out.setdefault(stem, {}).setdefault(key, column)
+        elif number == 1:
+            out.setdefault(column, {"1": column})
     for stem, columns in _differing_words(rest).items():
         out.setdefault(stem, columns)
     return out

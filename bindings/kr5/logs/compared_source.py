@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import kr5
 import kr5.cell
-from kr5.logs.log_file import ENDINGS
+from kr5.logs.log_file import ENDINGS, FOLDER_WORDS, is_log_folder
 
 if TYPE_CHECKING:
     from kr5.models.reading import Model
@@ -22,6 +22,7 @@ class SourceOptions:
     every: float | None = None
     overrides: list[str] = field(default_factory=list)
     trust: bool = False
+    episodes: str = ""
 
 
 @dataclass
@@ -51,7 +52,7 @@ def open_source(paths: Sequence[Path], options: SourceOptions) -> ComparedSource
             raise kr5.FileError(
                 path,
                 f"no such file or folder; expected the folder of a recording (recording.yaml), or a log"
-                f" ({', '.join('.' + e for e in ENDINGS)}, or the folder of a ROS 2 bag)",
+                f" ({', '.join('.' + e for e in ENDINGS)}, or {FOLDER_WORDS})",
             )
     recordings = [p for p in paths if (p / "recording.yaml").is_file()]
     if recordings and len(paths) > 1:
@@ -75,8 +76,7 @@ def reopen_source(inputs: dict[str, Any], beside: Path, folder: Path | None = No
         return None
     if recording:
         return open_source(there, SourceOptions(file, *_arm_of(inputs, file)))
-    every, overrides = inputs.get("every"), list(inputs.get("set", []))
-    return open_source(there, SourceOptions(file, *_arm_of(inputs, file), every, overrides, bool(inputs.get("trust"))))
+    return open_source(there, _log_options(inputs, file))
 
 
 def command_of(inputs: dict[str, Any]) -> str:
@@ -85,15 +85,19 @@ def command_of(inputs: dict[str, Any]) -> str:
         model = inputs.get("model")
         options = SourceOptions(Path(model) if model else None, inputs.get("base", ""), inputs.get("tip", ""))
         return shlex.join([str(inputs.get("recording", "RECORDING")), *_option_words(options)])
-    options = SourceOptions(
-        Path(inputs["model"]),
-        inputs.get("base", ""),
-        inputs.get("tip", ""),
+    return shlex.join([*inputs["logs"], *_option_words(_log_options(inputs, Path(inputs["model"])))])
+
+
+def _log_options(inputs: dict[str, Any], model: Path | None) -> SourceOptions:
+    """How logs were read, by the `input` of a result file."""
+    return SourceOptions(
+        model,
+        *_arm_of(inputs, model),
         inputs.get("every"),
         list(inputs.get("set", [])),
         bool(inputs.get("trust")),
+        str(inputs.get("episodes", "")),
     )
-    return shlex.join([*inputs["logs"], *_option_words(options)])
 
 
 def name_of(inputs: dict[str, Any]) -> str:
@@ -116,7 +120,7 @@ def _reading_inputs(options: SourceOptions) -> dict[str, Any]:
     """The options of reading that were given, for a result file."""
     out: dict[str, Any] = {"model": str(options.model.resolve()) if options.model else None}
     out |= {"base": options.base, "tip": options.tip, "every": options.every, "set": options.overrides}
-    out |= {"trust": options.trust}
+    out |= {"trust": options.trust, "episodes": options.episodes}
     return {key: value for key, value in out.items() if value}
 
 
@@ -127,6 +131,7 @@ def _option_words(options: SourceOptions) -> list[str]:
         ("--base", options.base),
         ("--tip", options.tip),
         ("--every", options.every),
+        ("--episodes", options.episodes),
         *(("--set", text) for text in options.overrides),
     ):
         words += [option, str(value)] if value else []
@@ -136,8 +141,8 @@ def _option_words(options: SourceOptions) -> list[str]:
 def _open_recording(folder: Path, options: SourceOptions) -> ComparedSource:
     from kr5 import arm_log
 
-    if options.every is not None or options.overrides:
-        raise kr5.FileError(folder, "is a recording; --every and --set are for logs")
+    if options.every is not None or options.overrides or options.episodes:
+        raise kr5.FileError(folder, "is a recording; --every, --set and --episodes are for logs")
     out = ComparedSource(kr5.cell.load_recording(folder), str(folder))
     out.inputs = {"recording": str(folder.resolve())}
     if options.model:
@@ -171,7 +176,12 @@ def _open_logs(paths: Sequence[Path], options: SourceOptions) -> ComparedSource:
         )
     model = _read_model(options)
     described = str(model.kind) != "cell"
-    found = record_logs(paths, model.cell, LogOptions(options.every, options.overrides, options.trust), described)
+    found = record_logs(
+        paths,
+        model.cell,
+        LogOptions(options.every, options.overrides, options.trust, options.episodes),
+        described,
+    )
     require_plausible(found, options.trust)
     return ComparedSource(
         found.recording,
@@ -185,14 +195,12 @@ def _open_logs(paths: Sequence[Path], options: SourceOptions) -> ComparedSource:
 
 
 def _require_logs(paths: Sequence[Path]) -> None:
-    from kr5.logs.bag_file import is_bag_folder
-
     for path in paths:
-        if path.is_dir() and not is_bag_folder(path):
+        if path.is_dir() and not is_log_folder(path):
             raise kr5.FileError(
                 path,
-                "is a folder without recording.yaml (a recording) or metadata.yaml (a ROS 2 bag); expected"
-                " one of these, or log files",
+                f"is a folder without recording.yaml (a recording), and no log; expected one of these: {FOLDER_WORDS},"
+                " or log files",
             )
 
 

@@ -16,6 +16,11 @@ class EntryWords:
         entries = ", ".join(f"{name}: {_text(value)}" for name, value in values.items())
         return f"{entries} in {key}" if "." in key else f"{key}: {{{entries}}} in the map"
 
+    def experiments(self, entries: list[dict[str, object]]) -> str:
+        """Experiments in place of those of the map."""
+        text = ", ".join("{" + ", ".join(f"{k}: {_text(v)}" for k, v in entry.items()) + "}" for entry in entries)
+        return f"--set {shlex.quote(f'experiments=[{text}]')}" if self.by_option else f"experiments: [{text}]"
+
     def interval(self, every: object) -> str:
         """The interval of even rows [s], as a map or a command takes it."""
         return f"--every {_text(every)}" if self.by_option else self.put("clock", every=every)

@@ -2,7 +2,6 @@
 where there are several, else one cut between its runs."""
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,7 +17,7 @@ class RawPart:
     motion and the commands beside measured ones, the runs of other kinds."""
 
     kind: str
-    file: Path
+    name: str  # of the log, and its episode
     t: np.ndarray
     q: np.ndarray | None = None
     commands: np.ndarray | None = None
@@ -44,7 +43,7 @@ def split_parts(parts: list[RawPart], reasons: list[list[str]]) -> list[Entry]:
 
 def _split_motions(own: list[int], parts: list[RawPart], reasons: list[list[str]]) -> list[Entry]:
     spans = arm_log.split_motions([_motion_of(parts[k]) for k in own])
-    _tell_cut(spans, reasons)
+    _tell_cut(spans, [parts[k].name for k in own], reasons)
     out: list[Entry] = []
     for span in spans:
         entry: dict[str, Any] = {}
@@ -85,16 +84,28 @@ CUTS = {
 }
 
 
-def _tell_cut(spans: list[arm_log.MotionSpan], reasons: list[list[str]]) -> None:
+def _tell_cut(spans: list[arm_log.MotionSpan], names: list[str], reasons: list[list[str]]) -> None:
     fitted = [span for span in spans if str(span.split) == "fit"]
+    checked = [span for span in spans if str(span.split) == "check"]
     if str(spans[0].cut) == "uncut":
-        shares = f"{len(fitted)} to fit, {len(spans) - len(fitted)} to check"
-        reasons.append(["split of motion", shares, "the last ones are to check"])
+        fit, check = (
+            named if (named := _named([names[s.log] for s in part])) else str(len(part)) for part in (fitted, checked)
+        )
+        reasons.append(["split of motion", f"{fit} to fit, {check} to check", "the last ones are to check"])
     else:
         cut = max(span.end for span in fitted)
         reasons.append(["split of motion", f"up to {cut:g} s to fit, the rest to check", CUTS[str(spans[0].cut)]])
     if stretches := [span for span in spans if span.stretch]:
         reasons.append(["stretches", f"{len(stretches)} of the log", "all of it is too long to be simulated"])
+
+
+MOST_NAMED = 12
+
+
+def _named(names: list[str]) -> str:
+    """Logs by their names; the number of them, where they are many."""
+    different = list(dict.fromkeys(names))
+    return ", ".join(different) if len(different) <= MOST_NAMED else f"{len(different)} logs"
 
 
 def _split_rows(own: list[int], parts: list[RawPart], reasons: list[list[str]]) -> list[Entry]:

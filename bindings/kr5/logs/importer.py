@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ import kr5.cell
 import kr5.io
 from kr5 import arm_log
 from kr5.logs.column_list import names_in_order
+from kr5.logs.episodes import log_sources
 from kr5.logs.log import Log
 from kr5.logs.log_checks import LogProblem, check_loads, check_positions, merged_problems
 from kr5.logs.log_file import read_log
@@ -34,24 +36,30 @@ class Importer:
     def __init__(self, map: Map, log: Path | None):
         self.map, self.default = map, log
         self.cell = kr5.cell.load_cell(map.cell)
-        self.logs: dict[Path, Log] = {}
+        self.logs: dict[tuple[Path, int | None], Log] = {}
         self.notes: list[str] = []
-        self.time = LogTimes(map, self.log, self.note)
-        self.smoothings: dict[tuple[Path, str], arm_log.Smoothing] = {}  # by log and first column, all parts alike
+        self.time = LogTimes(map, self.log_of, self.note)
+        self.smoothings: dict[
+            tuple[Path, int | None, str], arm_log.Smoothing
+        ] = {}  # by log and first column, all parts alike
         self.readings: Readings = {}  # of loads, before long experiments were thinned
 
-    def log(self, name: str | None) -> Log:
+    def log(self, name: str | None, episode: int | None = None) -> Log:
         beside = self.default if self.default and self.map.words.by_option else self.map.file
         file = beside.parent / name if name else self.default
         if file is None:
             raise kr5.IoError(
                 f"{self.map.shown}: an experiment names no log; expected log: FILE, or a log beside --map"
             )
-        if file not in self.logs:
-            self.logs[file] = read_log(file, self.map.header, self.map.words)
-            for note in self.logs[file].notes:
+        key = (file, episode)
+        if key not in self.logs:
+            self.logs[key] = read_log(file, self.map.header, self.map.words, episode=episode)
+            for note in self.logs[key].notes:
                 self.note(note)
-        return self.logs[file]
+        return self.logs[key]
+
+    def log_of(self, experiment: Experiment) -> Log:
+        return self.log(experiment.entry.log, experiment.entry.episode)
 
     def where(self, experiment: Experiment) -> str:
         return f"{self.map.shown}: experiment '{experiment.entry.name}'"
@@ -63,7 +71,7 @@ class Importer:
     def experiment(self, experiment: Experiment) -> Any:
         where = self.where(experiment)
         sources = experiment.sources
-        log = self.log(experiment.entry.log)
+        log = self.log_of(experiment)
         t = self.time.main_time(log, experiment, where)
         keep = self.chosen_rows(len(t), experiment, where)
         series = self.all_series(log, t, experiment, keep)
@@ -159,18 +167,19 @@ class Importer:
             found = [_smoothing_of(series, where)]
             for other in self.map.experiments:
                 if other is not experiment and is_measured(other) and self.positions_of(other) == key:
-                    log = self.log(other.entry.log)
+                    log = self.log_of(other)
                     t = self.time.main_time(log, other, self.map.shown)
                     keep = self.chosen_rows(len(t), other, self.map.shown)
                     found.append(_smoothing_of(self.all_series(log, t, other, keep), self.where(other)))
             self.smoothings[key] = max(found, key=lambda s: s.cutoff)
         return self.smoothings[key]
 
-    def positions_of(self, experiment: Experiment) -> tuple[Path, str]:
+    def positions_of(self, experiment: Experiment) -> tuple[Path, int | None, str]:
         """Log and first column of the positions."""
         source = experiment.sources["q"]
         assert isinstance(source, Source), "of joints"
-        return self.log(source.log or experiment.entry.log).file, source.names[0]
+        log = self.log(source.log) if source.log else self.log_of(experiment)
+        return log.file, experiment.entry.episode, source.names[0]
 
     # Values
 
@@ -403,12 +412,15 @@ def import_recording(
     complete: Complete | None = None,
     shown: str | None = None,
     columns: str | None = None,
+    episodes: str = "",
 ) -> tuple[Any, list[str], list[Any]]:
     """The recording, what was done to its numbers, and what speaks against them. `complete` may add to its cell what
     the log tells of it, before it is checked; it gets the readings of loads, too, as kr5.arm_log takes them. `shown`:
     what errors name in place of a map that no user wrote. `columns`: names of the columns of the log in their order,
-    in place of the map's."""
+    in place of the map's. `episodes`: those of the data set `log` of which each experiment of the map is made."""
     importer = Importer(load_map(map_file, shown), log)
+    if episodes:
+        importer.map.experiments = _of_episodes(importer.map.experiments, log, episodes)
     if columns:
         importer.map.header = names_in_order(columns)
     experiments = [importer.experiment(e) for e in importer.map.experiments]
@@ -420,6 +432,20 @@ def import_recording(
         complete(recording, importer.readings)
     found = found or [d for e, s in zip(experiments, sources) for d in check_loads(recording.cell, e, words, s)]
     return recording, importer.notes, merged_problems(found or _data_problems(recording, importer))
+
+
+def _of_episodes(experiments: list[Experiment], log: Path | None, episodes: str) -> list[Experiment]:
+    """The experiments of a map, once for each episode of a data set."""
+    if log is None or any(e.entry.episode is not None or e.entry.log for e in experiments):
+        raise kr5.InvalidArgument(
+            "--episodes: only for a log beside a map whose experiments name neither log nor episode"
+        )
+    sources, _ = log_sources([log], episodes)
+    return [
+        replace(e, entry=e.entry.model_copy(update={"episode": s.episode, "name": f"{e.entry.name}-{s.episode}"}))
+        for s in sources
+        for e in experiments
+    ]
 
 
 def _data_problems(recording: kr5.cell.Recording, importer: Importer) -> list[LogProblem]:

@@ -11,6 +11,7 @@ import numpy as np
 
 import kr5
 import kr5.cell
+from kr5 import arm_log
 from kr5.logs.column_names import Family
 from kr5.logs.log import Log
 from kr5.logs.map_file import Source, names_of, read_source
@@ -21,8 +22,11 @@ from kr5.logs.values import to_si
 FARTHEST = 20.0  # [m] a cell reaches, beyond which a length is in millimetres
 
 
-def joint_entry(family: Family, log: Log, cell: kr5.cell.Cell, stated: GivenEntries) -> tuple[dict[str, Any], str, str]:
-    """Its entry in a map, what of it is proposed, and why. `stated`: what the user states."""
+def joint_entry(
+    family: Family, log: Log, cell: kr5.cell.Cell, stated: GivenEntries, beside: Family | None = None
+) -> tuple[dict[str, Any], str, str]:
+    """Its entry in a map, what of it is proposed, and why. `stated`: what the user states; `beside`: other columns of
+    the same quantity, which tell its unit, too."""
     given, put = stated.columns.get(family.name, {}), partial(stated.words.put, f"columns.{family.name}")
     if "side" in given:
         family = replace(family, motor_side=given["side"] == "motor")
@@ -38,7 +42,10 @@ def joint_entry(family: Family, log: Log, cell: kr5.cell.Cell, stated: GivenEntr
     if "unit" in given:
         unit, why = given["unit"], "as stated"
     else:
-        unit, why = _joint_unit(family, _scaled(values, given), log, cell, None if "scale" in given else put)
+        shown = [_scaled(values, given)]
+        if beside is not None and (beside.unit, beside.motor_side) == (family.unit, family.motor_side):
+            shown.append(_scaled(log.stacked(beside.columns), stated.columns.get(beside.name, {})))
+        unit, why = _joint_unit(family, np.concatenate(shown), log, cell, None if "scale" in given else put)
     entry["unit"] = unit
     if family.motor_side:
         entry["side"] = "motor"
@@ -89,7 +96,7 @@ def _joint_unit(
 ) -> tuple[str | list[str], str]:
     """Unit of the columns, from their name or the size of their numbers. `put`: how errors ask for a scale, where none
     is stated."""
-    if family.unit == "%" and put is not None:
+    if family.unit == "%" and family.name not in ("q", "qc") and put is not None:
         how = put(scale="[...]", unit="A" if family.name == "i" else "N m")
         raise kr5.FileError(
             log.file,
@@ -102,16 +109,55 @@ def _joint_unit(
         slides = [str(j.type) == "prismatic" for j in cell.robot.dh]
         turning = values[:, [not s for s in slides]]
         size = float(np.nanmax(np.abs(turning))) if turning.size else 0.0
-        ratio = _gear_ratio(cell) if family.motor_side else 1.0
-        unit = family.unit if family.unit in ("deg", "rad") else "deg" if size > 7 * ratio else "rad"
+        unit, told = _angle_unit(family, turning, [not s for s in slides], log, cell, put)
         length = "mm" if family.unit == "mm" or (any(slides) and _largest(values, slides) > FARTHEST) else "m"
-        too_large = " are too large for radians" if unit == "deg" and family.unit is None else ""
-        return (unit if not any(slides) else [length if s else unit for s in slides]), why + too_large
+        return (unit if not any(slides) else [length if s else unit for s in slides]), why + told
     if family.name == "i":
         return _stated(family, ("mA",), "mA" if size > 200 else "A", why, " are too large for A")
     if any(str(j.type) == "prismatic" for j in cell.robot.dh):
         return ["N" if str(j.type) == "prismatic" else "N m" for j in cell.robot.dh], why
     return _stated(family, ("N m", "N mm"), "N mm" if size > 5000 else "N m", why, " are too large for N m")
+
+
+TOLD = {
+    "rad": "",
+    "deg": " are too large for radians",
+    "tick": " are whole, as counts of an encoder with 4096 a turn, of which 2048 is taken for zero",
+    "percent": " are per cent of the range of each joint in the model",
+    "signed_percent": " are per cent of half the range of each joint in the model, from its middle",
+}
+
+
+def _angle_unit(
+    family: Family,
+    turning: np.ndarray,
+    turns: list[bool],
+    log: Log,
+    cell: kr5.cell.Cell,
+    put: Callable[..., str] | None,
+) -> tuple[str, str]:
+    """Unit of angles, and what their numbers tell of it."""
+    if family.unit in ("deg", "rad") or not turning.size:
+        return family.unit or "rad", ""
+    if family.motor_side:
+        large = float(np.nanmax(np.abs(turning))) > arm_log.MOST_RADIANS * _gear_ratio(cell)
+        return ("deg", TOLD["deg"]) if large else ("rad", "")
+    limits = cell.robot.limits
+    none = np.zeros(0)
+    low, high = (np.asarray(limits.lower)[turns], np.asarray(limits.upper)[turns]) if limits else (none, none)
+    guess = arm_log.guess_joint_unit(turning, low, high)
+    unit = str(guess.unit)
+    if family.unit == "%" and unit in ("rad", "deg"):
+        unit = "signed_percent" if float(np.nanmin(turning)) < 0 else "percent"
+    if guess.degrees_or_percent and log.percent_likely and family.unit != "%" and put is not None:
+        signed = "signed_percent" if float(np.nanmin(turning)) < 0 else "percent"
+        raise kr5.FileError(
+            log.file,
+            f"{range_text(family.columns)}: found values up to {float(np.nanmax(np.abs(turning))):.4g}, which may be"
+            f" degrees, or per cent of the range of each joint, as LeRobot writes both; state which: {put(unit='deg')},"
+            f" or {put(unit=signed)} (and the same of columns.{'qc' if family.name == 'q' else 'q'})",
+        )
+    return unit, TOLD[unit]
 
 
 def _stated(family: Family, units: tuple[str, ...], guessed: str, why: str, too_large: str) -> tuple[str, str]:

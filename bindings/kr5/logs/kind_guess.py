@@ -83,6 +83,8 @@ def _columns_of(log: Log, stream: str) -> Log:
     for name, values in log.columns.items():
         if log.streams[name] == stream:
             out.add(name, values, stream)
+    out.arrays = {stem: columns for stem, columns in log.arrays.items() if columns[0] in out.columns}
+    out.labels, out.percent_likely = log.labels, log.percent_likely
     if stream in log.clocks:
         out.clocks[stream] = log.clocks[stream]
     return out

@@ -129,6 +129,16 @@ def _entries(
         return words.put(key, unit=THOUSANDTHS[unit]) if column_family(columns[0]) in ("tau", "i") else ""
     if remedy == LogRemedy.PercentOfEffort:
         return words.put(key, scale=[float(f"{x / 100:.6g}") for x in cell.robot.limits.effort])
+    if remedy == LogRemedy.UseMeasured:
+        return words.put(key, **{"from": "measured"})
+    if remedy == LogRemedy.ScaleCommands:
+        return _scaling_entries(cell, problem, key, words, sources)
+    if remedy == LogRemedy.CutLog:
+        end = float(f"{problem.found:.4g}")
+        cut = [("fit", {"to": float(f"{0.7 * end:.4g}")}), ("check", {"from": float(f"{0.7 * end:.4g}"), "to": end})]
+        return words.experiments(
+            [{"name": f"motion-{split}", "kind": "motion", "split": split} | s for split, s in cut]
+        )
     if remedy == LogRemedy.Rearrange:
         wanted = {"from": "[...]"}
         return ", ".join(words.put(f"columns.{family}", **wanted) for family in columns)
@@ -137,6 +147,19 @@ def _entries(
     if problem.kind == LogProblemKind.FactorOfJoint:
         return words.put(key, scale="[...]")
     return key if problem.kind in (LogProblemKind.BeyondLimits, LogProblemKind.UnknownFactor) else ""
+
+
+def _scaling_entries(
+    cell: kr5.cell.Cell, problem: arm_log.LogProblem, key: str, words: EntryWords, sources: Mapping[str, Any]
+) -> str:
+    """Entries that bring commands to the unit and zero of the positions."""
+    source = sources["qc"]
+    units = np.array([column_unit(cell, "qc", k, source) for k in range(cell.robot.joints)])
+    factors, offsets = np.array(problem.factors), np.array(problem.offsets)
+    scale = factors * np.array(source.scale)
+    offset = factors * np.array(source.offset) + offsets / units
+    rounded = {name: [float(f"{x:.4g}") for x in v] for name, v in (("scale", scale), ("offset", offset))}
+    return words.put(key, **rounded)
 
 
 def _channel_of(column: str, cell: kr5.cell.Cell) -> list[str]:

@@ -1,4 +1,4 @@
-"""Logs as they come: CSV, NPZ, MCAP files and ROS bags, read into columns of numbers by name."""
+"""Logs as they come: files and folders, read into columns of numbers by name."""
 
 import csv
 import itertools
@@ -17,29 +17,112 @@ from kr5.files.documents import read_text
 from kr5.logs.bag_file import is_bag_folder, read_bag
 from kr5.logs.column_list import fitted_names
 from kr5.logs.entry_words import IN_MAP, EntryWords
+from kr5.logs.hdf5_file import hdf5_episodes, is_hdf5_set, read_hdf5, read_hdf5_episode
+from kr5.logs.json_log import read_json_log
+from kr5.logs.lerobot_set import is_lerobot, lerobot_episodes, read_lerobot
 from kr5.logs.log import Log, TextCell
 from kr5.logs.mcap_file import read_mcap
 from kr5.logs.npz_file import read_npz
+from kr5.logs.parquet_file import read_parquet
+from kr5.logs.sage_folder import is_sage_folder, read_sage
+from kr5.logs.torch_file import read_torch
 
 MOST_HEAD = 1000  # lines before the first numbers
 MAX_BYTES = 1 << 30  # of a text
 DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d")
 MISSING = {"", "nan", "n/a", "na", "null", "none"}
+LIST = re.compile(r"\[[^\[\]]*\]|\([^()]*\)")  # of numbers, in a cell
 NUMBER = r"[-+]?\d+(,\d+)?([eE][-+]?\d+)?"
 BLANKS_AND_DECIMAL_COMMAS = re.compile(rf" *{NUMBER}( +{NUMBER})+ *")
 
 
 # Formats by their ending, each read by one function from a file to columns: a line here is a format of every command.
-READERS: dict[str, Callable[[Path], Log]] = {"npz": read_npz, "mcap": read_mcap, "db3": read_bag, "bag": read_bag}
+READERS: dict[str, Callable[[Path], Log]] = {
+    "npz": read_npz,
+    "mcap": read_mcap,
+    "db3": read_bag,
+    "bag": read_bag,
+    "parquet": read_parquet,
+    "h5": read_hdf5,
+    "hdf5": read_hdf5,
+    "pt": read_torch,
+    "pth": read_torch,
+    "json": read_json_log,
+}
 TEXTS = ("csv", "txt", "tsv", "dat", "log")
 ENDINGS = (*TEXTS, *READERS)
+TABLE_ENDINGS = tuple(ending for ending in ENDINGS if ending != "json")  # poses in JSON have readers of their own
 
 
-def read_log(file: Path, header: Sequence[str] | None = None, words: EntryWords = IN_MAP, unnamed: bool = False) -> Log:
+@dataclass(frozen=True)
+class FolderFormat:
+    """A log that is a folder."""
+
+    holds: Callable[[Path], bool]
+    read: Callable[[Path], Log]
+
+
+@dataclass(frozen=True)
+class DataSetFormat:
+    """A file or folder with several recordings of one robot, its episodes, by their numbers."""
+
+    holds: Callable[[Path], bool]
+    episodes: Callable[[Path], list[int]]
+    read: Callable[[Path, int], Log]
+
+
+FOLDERS = (
+    FolderFormat(is_bag_folder, read_bag),
+    FolderFormat(is_sage_folder, lambda folder: read_sage(folder, lambda file: _read_text(file, None, IN_MAP, False))),
+)
+DATA_SETS = (
+    DataSetFormat(is_lerobot, lerobot_episodes, read_lerobot),
+    DataSetFormat(is_hdf5_set, hdf5_episodes, read_hdf5_episode),
+)
+FOLDER_WORDS = (
+    "the folder of a ROS 2 bag (metadata.yaml), of a LeRobot data set (meta/info.json) or of SAGE (control.csv,"
+    " state_motor.csv)"
+)
+
+
+def is_log_folder(path: Path) -> bool:
+    """Whether a folder is a log, and no recording of kr5."""
+    return path.is_dir() and (any(f.holds(path) for f in FOLDERS) or any(d.holds(path) for d in DATA_SETS))
+
+
+def episodes_of(path: Path) -> list[int]:
+    """Numbers of the episodes of a data set; none of a log that is no data set."""
+    found = next((d for d in DATA_SETS if d.holds(path)), None)
+    return found.episodes(path) if found else []
+
+
+def read_log(
+    file: Path,
+    header: Sequence[str] | None = None,
+    words: EntryWords = IN_MAP,
+    unnamed: bool = False,
+    episode: int | None = None,
+) -> Log:
     """Reads a log. `header` names the columns, where the file has no names or others; `unnamed`: without, a text is
-    read whose columns have no names, by their numbers; `words`: how errors say where to give them."""
-    if is_bag_folder(file):
-        return _renamed(read_bag(file), header)
+    read whose columns have no names, by their numbers; `words`: how errors say where to give them; `episode`: which
+    recording of a data set, where it has several."""
+    log = _read_any(file, header, words, unnamed, episode)
+    log.drop_rows_without_motor()
+    return log
+
+
+def _read_any(file: Path, header: Sequence[str] | None, words: EntryWords, unnamed: bool, episode: int | None) -> Log:
+    for data_set in DATA_SETS:
+        if data_set.holds(file):
+            number = _only_episode(file, data_set.episodes(file)) if episode is None else episode
+            return _renamed(data_set.read(file, number), header)
+    if episode is not None:
+        raise kr5.FileError(file, f"has no episodes, found episode {episode} asked for; leave --episodes out")
+    for folder in FOLDERS:
+        if folder.holds(file):
+            return _renamed(folder.read(file), header)
+    if file.is_dir():
+        raise kr5.FileError(file, f"found a folder that is no log; expected {FOLDER_WORDS}, or a file")
     if not file.is_file():
         raise kr5.FileError(file, f"no such file; expected a log ({', '.join('.' + e for e in ENDINGS)})")
     ending = file.suffix.lower().lstrip(".")
@@ -52,6 +135,16 @@ def read_log(file: Path, header: Sequence[str] | None = None, words: EntryWords 
     return _read_text(file, header, words, unnamed)
 
 
+def _only_episode(file: Path, numbers: list[int]) -> int:
+    if len(numbers) == 1:
+        return numbers[0]
+    if not numbers:
+        raise kr5.FileError(file, "has no episode; expected at least one")
+    raise kr5.FileError(
+        file, f"has {len(numbers)} episodes ({numbers[0]} to {numbers[-1]}); choose one with --episodes {numbers[0]}"
+    )
+
+
 def _renamed(log: Log, header: Sequence[str] | None) -> Log:
     """With other names for its columns, where these are not among its own."""
     if not header:
@@ -61,6 +154,8 @@ def _renamed(log: Log, header: Sequence[str] | None) -> Log:
     log.renamed = old != list(new.values())
     log.columns = {new[name]: values for name, values in log.columns.items()}
     log.streams = {new[name]: stream for name, stream in log.streams.items()}
+    log.arrays = {stem: [new[name] for name in columns] for stem, columns in log.arrays.items()}
+    log.labels = {new[name]: label for name, label in log.labels.items()}
     log.clocks = {stream: new[name] for stream, name in log.clocks.items()}
     return log
 
@@ -219,6 +314,22 @@ def _check_shape(file: Path, names: list[str], rows: list[tuple[int, list[str]]]
         )
 
 
+def _add_lists(log: Log, name: str, texts: list[str]) -> None:
+    """A column whose cells hold lists of numbers."""
+    rows = [text[1:-1].replace(",", " ").split() for text in texts]
+    width = len(rows[0])
+    for k, (row, text) in enumerate(zip(rows, texts)):
+        bad = len(row) != width or not all(_is_readable(float, cell) for cell in row)
+        if bad:
+            line = 0 if log.lines is None else int(log.lines[k])
+            raise kr5.FileError(
+                log.file,
+                f"line {line}, column '{name}': found {text:.60}, expected a list of {width} numbers, as in the first"
+                " row; was the log truncated while it was written? Delete that line",
+            )
+    log.add_vector(name, np.array(rows, float).reshape(len(rows), width), "")
+
+
 def _seconds_of_dates(texts: list[str]) -> np.ndarray | None:
     """Seconds since 1970 of dates with times (ISO 8601; UTC where no zone is stated), NaN for missing ones; None if any
     cell is something else."""
@@ -259,6 +370,9 @@ def _add_text_column(log: Log, name: str, texts: list[str], delimiter: str | Non
     """Missing cells become NaN. Decimal commas are understood where columns are not parted by commas."""
     if (seconds := _seconds_of_dates(texts)) is not None:
         log.add(name, seconds, "")
+        return
+    if all(LIST.fullmatch(text) for text in texts):
+        _add_lists(log, name, texts)
         return
     cells = ["nan" if _is_missing(text) else text for text in texts]
     if delimiter != "," and any("," in c for c in cells):

@@ -26,9 +26,10 @@ def beginning(log: Log, column: str) -> float:
 
 
 class LogTimes:
-    """The times of the experiments of a map. `open_log` gives the log of a name, `note` takes what was assumed."""
+    """The times of the experiments of a map. `open_log` gives the log of an experiment, `note` takes
+    what was assumed."""
 
-    def __init__(self, map: Map, open_log: Callable[[str | None], Log], note: Note):
+    def __init__(self, map: Map, open_log: Callable[[Experiment], Log], note: Note):
         self.map, self.open_log, self.note = map, open_log, note
         self.origins: dict[str, float] = {}  # earliest stamp [s] of each kind, where several logs share a clock
 
@@ -42,7 +43,7 @@ class LogTimes:
             return 0.0
         if kind not in self.origins:
             own = [e for e in self.map.experiments if e.entry.kind == kind and e.entry.log]
-            clocks = [(self.open_log(e.entry.log), self.clock_of(e)) for e in own]
+            clocks = [(self.open_log(e), self.clock_of(e)) for e in own]
             first = min(beginning(x, c.column) * c.seconds() for x, c in clocks if c and c.column)
             self.origins[kind] = 0.0 if 0 <= first < LONG_AGO else first
         return beginning(log, clock.column) * clock.seconds() - self.origins[kind]

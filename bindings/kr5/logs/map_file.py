@@ -83,6 +83,7 @@ class ExperimentEntry(Document):
     rows: list[int] | None = Field(None, min_length=2, max_length=2, description="first and last row, from 1")
     lead_in: float = Field(0.0, ge=0, description="time at the beginning that is simulated and not judged [s]")
     log: str | None = Field(None, description="file of its log, where it is not the main one")
+    episode: int | None = Field(None, ge=0, description="number of its recording in a data set of several")
     clock: Clock | None = Field(None, description="clock of that log")
     columns: dict[str, Any] = Field({}, description="columns of its own, in place of those of the map")
 

@@ -15,12 +15,13 @@ import kr5.cell
 from kr5 import arm_log
 from kr5.logs.clock_guess import GuessedClock, guess_clock, require_clock
 from kr5.logs.column_names import Family, FoundFamilies, is_quantity, spoken_joints
+from kr5.logs.episodes import LogSource, log_sources
 from kr5.logs.experiment_split import RawPart, split_parts
 from kr5.logs.joint_columns import FARTHEST, joint_entry, joint_values, range_text
+from kr5.logs.joint_streams import in_time, values_at
 from kr5.logs.kind_guess import WRENCH_NAMES, LogPart, log_parts, wrench_columns
 from kr5.logs.log import Log
 from kr5.logs.log_file import read_log
-from kr5.logs.log_time import beginning
 from kr5.logs.map_file import JOINT_FAMILIES, names_of
 from kr5.logs.overrides import GivenEntries
 from kr5.logs.sparse_columns import aligned, covered, never_complete
@@ -71,32 +72,40 @@ def guess_map(
     out = GuessedMap({"format": "kr5-map/1", "cell": _beside(cell_file, output)})
     given = given or GivenEntries()
     parts: list[tuple[RawPart, dict[str, Any], GuessedClock | None]] = []
-    for file in files:
-        log = read_log(file, given.header, given.words)
-        out.notes += log.notes
-        parts += [_read_part(part, cell, given, out, file.name) for part in _parts_of(log, cell, given)]
+    sources, notes = log_sources(files, given.episodes)
+    out.notes += notes
+    of_parts: list[LogSource] = []
+    for source in sources:
+        log = read_log(source.file, given.header, given.words, episode=source.episode)
+        out.notes += [note for note in log.notes if note not in out.notes]
+        for part in _parts_of(log, cell, given):
+            parts.append(_read_part(part, cell, given, out, source.name))
+            of_parts.append(source)
     if not parts:
         raise kr5.InvalidArgument("no log: expected at least one")
     entries = split_parts([raw for raw, _, _ in parts], out.reasons)
+    episodes = [{} if s.episode is None else {"episode": s.episode} for s in of_parts]
     if len(parts) == 1:
         _, columns, clock = parts[0]
         out.entry |= ({"clock": clock.entry} if clock and clock.entry else {}) | {"columns": columns}
-        out.entry["experiments"] = [entry for _, entry in entries]
+        out.entry["experiments"] = [entry | episodes[0] for _, entry in entries]
     else:
         out.entry["columns"] = {}
-        out.entry["experiments"] = [entry | _own_entries(files, parts, index, output) for index, entry in entries]
+        several = len(files) > 1
+        out.entry["experiments"] = [
+            entry
+            | ({"log": _beside(of_parts[index].file, output)} if several else {})
+            | episodes[index]
+            | _own_entries(parts[index])
+            for index, entry in entries
+        ]
     return out
 
 
-def _own_entries(
-    files: Sequence[Path],
-    parts: list[tuple[RawPart, dict[str, Any], GuessedClock | None]],
-    index: int,
-    output: Path | None,
-) -> dict[str, Any]:
-    """Log, clock and columns of one experiment among others."""
-    raw, columns, clock = parts[index]
-    own: dict[str, Any] = {"log": _beside(raw.file, output)} if len(files) > 1 else {}
+def _own_entries(part: tuple[RawPart, dict[str, Any], GuessedClock | None]) -> dict[str, Any]:
+    """Clock and columns of one experiment among others."""
+    _, columns, clock = part
+    own: dict[str, Any] = {}
     if clock and clock.entry:
         own["clock"] = clock.entry
     return own | {"columns": columns}
@@ -148,6 +157,8 @@ def _refuse_unknown(log: Log, families: FoundFamilies, names: list[str], number:
         )
     what = "column of the position of the joint" if number == 1 else f"{number} columns of joint positions"
     how = "by its name" if number == 1 else "by their names or counted (q1, pos_1, ...)"
+    if families.vectors:
+        shown += f" (vectors: {', '.join(f'{stem} has {size}' for stem, size in families.vectors.items())})"
     raise kr5.FileError(
         log.file,
         f"found no {what}, {how}, among {shown}{expected}; name {'it' if number == 1 else 'them'}: {q}, or"
@@ -184,7 +195,7 @@ def _read_part(
         else _kind_columns(part, cell, given, out, where)
     )
     out.notes += [note for note in part.notes if note not in out.notes]
-    return _raw_part(part, columns, given, cell), columns, clock
+    return _raw_part(part, columns, given, cell, where), columns, clock
 
 
 # Motions
@@ -203,8 +214,10 @@ def _motion_columns(
     wrench = _filled(wrench_columns(log), log, out)
     if not any("from" in given.columns.get(name, {}) for name in LOADS):  # a column that is misspelt is named later
         _report_partial_loads(part, given, out, needed=not (loads or wrench or (simulates and qc and q)))
+    load = _with_signs(load, simulates and qc is not None and q is not None, log, given, out)
     for family in [f for f in (qc if simulates else None, q, load) if f]:
-        _add_joints(columns, family, log, cell, given, out, where)
+        beside = {"q": qc, "qc": q}.get(family.name)
+        _add_joints(columns, family, log, cell, given, out, where, beside)
     if "qc" not in columns:
         _use_measured(columns, part, cell, given, out, where)
     _note_others(found, columns, out, where)
@@ -220,6 +233,18 @@ def _motion_columns(
     clock = require_clock(guess_clock(log, first.columns[0], _cycle(cell), given.clock), log, given.words)
     out.because(where, "clock", clock.proposal, clock.reason)
     return columns, clock
+
+
+def _with_signs(
+    load: Family | None, dispensable: bool, log: Log, given: GivenEntries, out: GuessedMap
+) -> Family | None:
+    """Loads, unless they are sizes without a sign and others than the user names; then a log of commands needs none."""
+    if load is None or not dispensable or "from" in given.columns.get(load.name, {}):
+        return load
+    if not arm_log.magnitudes_only(log.stacked(load.columns)):
+        return load
+    out.notes.append(f"{range_text(load.columns)} are not used: they never change their sign, as loads of joints do")
+    return None
 
 
 def _filled(columns: list[str], log: Log, out: GuessedMap) -> list[str]:
@@ -262,9 +287,12 @@ def _add_joints(
     given: GivenEntries,
     out: GuessedMap,
     where: str,
+    beside: Family | None = None,
 ) -> None:
-    entry, proposal, why = joint_entry(family, log, cell, given)
+    entry, proposal, why = joint_entry(family, log, cell, given, beside)
     columns[family.name] = entry
+    if family.note and family.note not in out.notes:
+        out.notes.append(family.note)
     out.because(where, family.name, proposal, why)
 
 
@@ -367,13 +395,13 @@ def _value_unit(name: str, values: np.ndarray) -> str:
 # Experiments
 
 
-def _raw_part(part: LogPart, columns: dict[str, Any], given: GivenEntries, cell: kr5.cell.Cell) -> RawPart:
+def _raw_part(part: LogPart, columns: dict[str, Any], given: GivenEntries, cell: kr5.cell.Cell, where: str) -> RawPart:
     """What the split needs to know of a part: its times, its motion in SI, its runs."""
     log, rows = part.log, len(next(iter(part.log.columns.values())))
     run = kr5.cell.run_column(kr5.cell.Kind(part.kind))
     runs = log.columns[part.named[run]] if run in part.named else None
     if part.kind != "motion":
-        return RawPart(part.kind, log.file, np.arange(rows, dtype=float), runs=runs)
+        return RawPart(part.kind, where, np.arange(rows, dtype=float), runs=runs)
     name = "q" if "q" in columns else "qc"
     family = part.families.first(name) or part.families.first("qc")
     assert family is not None, "a motion has positions"
@@ -390,7 +418,7 @@ def _raw_part(part: LogPart, columns: dict[str, Any], given: GivenEntries, cell:
     others = [f for key in ("qc", *LOADS) if key in columns and (f := part.families.first(key)) and f is not family]
     others = [f for f in others if columns[f.name].get("from") != "measured"]
     known = np.isfinite(q).all(axis=1) & np.isfinite(t)
-    known[known] = covered(t[known], [_in_time(log, n, clock) for f in others for n in f.columns])
+    known[known] = covered(t[known], [in_time(log, n, clock) for f in others for n in f.columns])
     if not known.any():
         named = f"{family.columns[0]} and {(others or [family])[0].columns[-1]}"
         raise kr5.FileError(
@@ -410,34 +438,11 @@ def _raw_part(part: LogPart, columns: dict[str, Any], given: GivenEntries, cell:
     commanded = columns["qc"].get("from") != "measured"
     stated = given.clock.get("max_gap")
     max_gap = float(stated) if isinstance(stated, (int, float)) else None  # the reader of maps refuses others
-    commands = _commands_at(t, part, columns["qc"], cell, clock) if commanded and name == "q" else None
+    commands = None
+    if commanded and name == "q" and (own := part.families.first("qc")):
+        commands = values_at(t, log, own, columns["qc"], cell, clock)
     settle = arm_log.settle_time(cell, q[0])
-    return RawPart("motion", log.file, t, q, commands, commanded=commanded, settle=settle, max_gap=max_gap)
-
-
-def _commands_at(
-    t: np.ndarray, part: LogPart, entry: Mapping[str, object], cell: kr5.cell.Cell, clock: GuessedClock
-) -> np.ndarray | None:
-    """Commands at the times of the readings, rows x joints; nothing where they have no times."""
-    family = part.families.first("qc")
-    if family is None:
-        return None
-    values = joint_values(entry, "qc", part.log, cell)
-    own = _in_time(part.log, family.columns[0], clock)[0]
-    if len(own) != len(values):
-        return None
-    known = np.isfinite(values).all(axis=1) & np.isfinite(own)
-    return np.column_stack([np.interp(t, own[known], column[known]) for column in values.T]) if known.any() else None
-
-
-def _in_time(log: Log, column: str, clock: GuessedClock) -> tuple[np.ndarray, np.ndarray]:
-    """A column with its times from the beginning of the log [s], which are those of its stream."""
-    values = log.columns[column]
-    if own := log.clocks.get(log.streams[column]):
-        return log.columns[own] - beginning(log, own), values
-    if len(clock.seconds) != len(values):  # the importer says what is wrong with it
-        return clock.seconds, np.zeros(len(clock.seconds))
-    return clock.seconds, values
+    return RawPart("motion", where, t, q, commands, commanded=commanded, settle=settle, max_gap=max_gap)
 
 
 def _has_servos(cell: kr5.cell.Cell) -> bool:

@@ -20,6 +20,7 @@ class GivenEntries:
     clock: dict[str, Any] = field(default_factory=dict)
     header: list[str] | None = None  # names of the columns of a text file without them
     words: EntryWords = IN_MAP  # by which errors say how to state more of them
+    episodes: str = ""  # of data sets, such as 3,7-12; without, some of them
 
 
 def parse_overrides(texts: list[str]) -> tuple[list[Override], list[Override]]:

@@ -5,7 +5,7 @@ import math
 import kr5
 
 UNITS: dict[str, dict[str, float]] = {
-    "angle": {"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180, "turn": 2 * math.pi},
+    "angle": {"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180, "turn": 2 * math.pi, "tick": 2 * math.pi / 4096},
     "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6},
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
     "current": {"A": 1.0, "mA": 1e-3},
@@ -16,6 +16,10 @@ UNITS: dict[str, dict[str, float]] = {
     "pixel": {"px": 1.0},
     "none": {"-": 1.0},
 }
+
+
+MIDDLE_TICK = 2048  # of an encoder with 4096 counts a turn, taken for the zero of its joint
+OF_RANGE = ("percent", "signed_percent")  # of the range of a joint from its lower end, of half of it from its middle
 
 
 def unit_factor(unit: str, quantities: tuple[str, ...], where: str) -> tuple[float, str]:

@@ -11,7 +11,7 @@ import kr5.cell
 from kr5 import arm_log, physics
 from kr5.logs.log import Log
 from kr5.logs.map_file import Source, Tool
-from kr5.logs.units import UNITS, unit_factor
+from kr5.logs.units import MIDDLE_TICK, OF_RANGE, UNITS, unit_factor
 
 MAX_ROWS = 5_000_000  # to be smoothed at once
 Note = Callable[[str], None]
@@ -27,16 +27,34 @@ class Series:
 
 def column_unit(cell: kr5.cell.Cell, name: str, member: int, source: Source) -> float:
     """Size in SI of the unit of the log of one column of a family."""
-    return unit_factor(source.unit[member], column_quantities(cell, name, member), source.where)[0]
+    return _scale_of(source, name, cell, member)[0]
+
+
+def _scale_of(source: Source, name: str, cell: kr5.cell.Cell, member: int) -> tuple[float, float, str]:
+    """Size in SI of the unit of a column, the value of its zero, and what it is of."""
+    unit, quantities = source.unit[member], column_quantities(cell, name, member)
+    if unit in OF_RANGE and name in ("q", "qc"):
+        limits = cell.robot.limits
+        low, high = (float(ends[member]) for ends in (limits.lower, limits.upper)) if limits else (np.nan, np.nan)
+        if not np.isfinite(high - low):
+            raise kr5.IoError(
+                f"{source.where}: unit: found {unit}, per cent of the range of a joint, of which the model states no"
+                " limits; state them in the model, or what 1 % is as scale and unit"
+            )
+        if unit == "percent":
+            return (high - low) / 100, low, quantities[0]
+        return (high - low) / 200, (low + high) / 2, quantities[0]
+    factor, quantity = unit_factor(unit, quantities, source.where)
+    return factor, -MIDDLE_TICK * factor if unit == "tick" else 0.0, quantity
 
 
 def to_si(source: Source, name: str, raw: np.ndarray, cell: kr5.cell.Cell, note: Note) -> np.ndarray:
     """Numbers of the log in SI, on the joint side (currents: on the motors), wrenches in S."""
     out = np.empty(raw.shape)
     kinds = []
-    for k, unit in enumerate(source.unit):
-        scale, quantity = unit_factor(unit, column_quantities(cell, name, k), source.where)
-        out[:, k] = (raw[:, k] * source.scale[k] + source.offset[k]) * scale
+    for k in range(len(source.unit)):
+        scale, zero, quantity = _scale_of(source, name, cell, k)
+        out[:, k] = (raw[:, k] * source.scale[k] + source.offset[k]) * scale + zero
         kinds.append(quantity)
     if name == "wrench" and source.frame:
         R, p = (T := kr5.from_xyzrpy(source.frame))[:3, :3], T[:3, 3]

@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import kr5
+from kr5.logs.episodes import parse_episodes
 from kr5.tables.pose_list import PoseList, read_pose_list
 from kr5.tables.read_table import read_table
 from kr5.tables.roles import AnyRole, Units
@@ -21,6 +23,7 @@ class TableOptions:
     length: str | None = None
     angle: str | None = None
     point: str | None = None
+    episodes: str = ""  # of a data set, one of them
     notes: list[str] = field(default_factory=list)
 
     def read(self, file: Path, roles: Sequence[AnyRole], joints: int | None = None) -> Table:
@@ -36,6 +39,7 @@ class TableOptions:
             columns=self.columns,
             given={name: text for name, text in given.items() if text},
             counts={} if joints is None else dict.fromkeys(("q", "qd", "tau", "i"), joints),
+            episode=self._episode(),
         )
         self.tell(table.notes)
         return table
@@ -46,6 +50,12 @@ class TableOptions:
         out = read_pose_list(file, units, self.convention, self.columns, strict=strict, guess_units=guess_units)
         self.tell(out.notes)
         return out
+
+    def _episode(self) -> int | None:
+        numbers = parse_episodes(self.episodes) if self.episodes else []
+        if len(numbers) > 1:
+            raise kr5.InvalidArgument(f"--episodes: found {self.episodes}, expected one: this command reads one log")
+        return numbers[0] if numbers else None
 
     def tell(self, notes: Sequence[str]) -> None:
         self.notes += [note for note in notes if note not in self.notes]

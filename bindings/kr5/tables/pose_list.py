@@ -7,7 +7,7 @@ import numpy as np
 
 import kr5
 from kr5 import calibration
-from kr5.logs.log_file import ENDINGS
+from kr5.logs.log_file import TABLE_ENDINGS
 from kr5.tables.pose_columns import format_of_rows, rotation_form
 from kr5.tables.read_table import read_table
 from kr5.tables.roles import OPTIONAL_TIME, PoseRole, Units
@@ -41,7 +41,7 @@ def read_pose_list(
     in which a pose stands on several lines. strict: numbers that contradict the units are refused; guess_units: units
     that nothing states are found."""
     units = units or Units()
-    if file.suffix.lower().lstrip(".") not in ENDINGS or _has_poses_over_lines(file):
+    if file.suffix.lower().lstrip(".") not in TABLE_ENDINGS or _has_poses_over_lines(file):
         return _without_columns(file, units, convention, strict, guess_units)
     table = read_table(
         file, [PoseRole(strict=strict, guess_units=guess_units), OPTIONAL_TIME], units, convention, columns=columns

@@ -30,18 +30,20 @@ def read_table(
     columns: str | None = None,
     given: dict[str, str] | None = None,
     counts: dict[str, int] | None = None,
+    episode: int | None = None,
 ) -> Table:
     """What a command needs of a file: CSV with any separator, NPZ, MCAP or a ROS bag.
 
     roles: what is needed. units: those that options of the command state; without, they are as the names say, or told
     by the size of the numbers. convention: form of the rotations of poses; without, as the names say. columns: names of
     the columns in their order, see `column_list`. given: by role, names of its columns as an option of the command
-    states them. counts: by role, the number of its columns, where the command knows it.
+    states them. counts: by role, the number of its columns, where the command knows it. episode: which
+    recording of a data set that has several.
 
     Raises kr5.IoError or kr5.InvalidArgument with file, line, column and remedy.
     """
     listed = parse_columns(columns) if columns else []
-    log = read_log(source, [c.name for c in listed] or None, unnamed=True)
+    log = read_log(source, [c.name for c in listed] or None, unnamed=True, episode=episode)
     units = units or Units()
     search = ColumnSearch(log, roles, given or {}, counts or {}, _in_order(listed, log, roles))
     table = Table(source, 0, log.names(), lines=log.lines)

@@ -79,6 +79,9 @@ std::string check_text(const LogProblem& problem) {
   switch (problem.kind) {
     case LogProblemKind::BeyondLimits:
       return "check these columns, their order and their offsets, and that this is the model of their robot";
+    case LogProblemKind::NeverMoves:
+      return "was its motor on, and is this its column? Log it while it moves, or end the arm before it with --tip "
+             "LINK";
     case LogProblemKind::SpeedBeyond:
     case LogProblemKind::RowsApart:
       return "check the unit and the column of the clock";
@@ -101,6 +104,18 @@ std::string check_text(const LogProblem& problem) {
   }
 }
 
+/// What helps where commands are none that a servo follows.
+std::string use_measured_text(const LogProblem& problem) {
+  const std::string what = problem.kind == LogProblemKind::CommandsMeasured
+                               ? "the log is of an arm that was led, or its "
+                                 "commands were not stored"
+                           : problem.kind == LogProblemKind::CommandsAreSpeeds
+                               ? "are they speeds, or changes of the position a row?"
+                               : "are they poses of the tool, of another arm, or in another order?";
+  return what + (what.back() == '?' ? " Name" : "; name") +
+         " the commanded positions of the joints, or, where efforts were logged, take what was measured for the motion";
+}
+
 }  // namespace
 
 std::string found_text(const LogProblem& problem, const cell::Cell& cell) {
@@ -112,6 +127,23 @@ std::string found_text(const LogProblem& problem, const cell::Cell& cell) {
     case LogProblemKind::FollowsAnother:
       return "that it follows qc" + std::to_string(problem.other + 1) + ", and is " + printed("%.3g", problem.found) +
              " from qc" + std::to_string(problem.joint + 1);
+    case LogProblemKind::CommandsMeasured:
+      return problem.found > 0 ? "the positions that are measured " + printed("%g", problem.found) +
+                                     (problem.found > 1 ? " rows" : " row") + " later, in every row"
+                               : std::string("the measured positions, in every row");
+    case LogProblemKind::CommandsAreSpeeds:
+      return "commands that the speeds of the joints follow, not their positions (correlation " +
+             printed("%.2f", problem.found) + ")";
+    case LogProblemKind::CommandsScaled:
+      return "positions that follow with " + printed("%.3g", problem.found) + " to " +
+             printed("%.3g", problem.found_to) + " times the command, or from another zero";
+    case LogProblemKind::CommandsUnlike:
+      return "commands that the joints do not follow (correlation " + printed("%.2f", problem.found) + " at most)";
+    case LogProblemKind::NeverMoves:
+      return "a joint that moves by " + printed("%.2g", problem.found) + " " + position_unit(cell, problem.joint);
+    case LogProblemKind::StopsFollowing:
+      return "that it follows its command up to " + printed("%.4g", problem.found) +
+             " s and not from there on, as with its motor switched off";
     case LogProblemKind::SpeedBeyond:
       return "joints that move at " + printed("%.3g", problem.found) + " times their limit of speed";
     case LogProblemKind::RowsApart:
@@ -159,6 +191,17 @@ std::string expected_text(const LogProblem& problem, const cell::Cell& cell) {
       return "a motion of some size";
     case LogProblemKind::FollowsAnother:
       return "its own command";
+    case LogProblemKind::CommandsMeasured:
+    case LogProblemKind::CommandsAreSpeeds:
+    case LogProblemKind::CommandsUnlike:
+      return "the positions that the servos were told to reach";
+    case LogProblemKind::CommandsScaled:
+      return "commands in the unit of the positions, from the same zero";
+    case LogProblemKind::NeverMoves:
+      return "a motion beside its command, which moves by " + printed("%.2g", problem.expected) + " " +
+             position_unit(cell, problem.joint);
+    case LogProblemKind::StopsFollowing:
+      return "a motor that is on";
     case LogProblemKind::SpeedBeyond:
     case LogProblemKind::RowsApart:
       return cycle_text(problem);
@@ -238,6 +281,12 @@ std::string remedy_text(const LogProblem& problem, const cell::Cell& cell) {
              ": name the columns in the order of the model";
     case LogRemedy::Recount:
       return "they fit with " + convention_text(problem.reading, cell);
+    case LogRemedy::UseMeasured:
+      return use_measured_text(problem);
+    case LogRemedy::ScaleCommands:
+      return "bring them to the positions";
+    case LogRemedy::CutLog:
+      return "use the log up to there";
     case LogRemedy::PositionMetre:
       return "the positions make sense in m";
     case LogRemedy::PositionCentimetre:

@@ -10,6 +10,7 @@
 
 #include <kr5/core/statistics.hpp>
 
+#include "command_checks.hpp"
 #include "joint_columns.hpp"
 #include "tool_checks.hpp"
 
@@ -234,6 +235,11 @@ std::vector<LogProblem> check_positions(const cell::Cell& cell, const cell::Expe
       problem.experiment = experiment.name;
       out.push_back(problem);
     }
+  if (!out.empty()) return out;  // commands are compared once positions are in their unit and order
+  for (LogProblem& problem : check_commands(cell, experiment)) {
+    problem.experiment = experiment.name;
+    out.push_back(problem);
+  }
   return out;
 }
 

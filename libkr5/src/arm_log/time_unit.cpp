@@ -73,4 +73,10 @@ TimeUnit guess_time_unit(const Eigen::VectorXd& stamps, double usual_step) {
   });
 }
 
+bool counts_rows(const Eigen::VectorXd& stamps) {
+  constexpr Eigen::Index fewest_rows = 10;
+  if (stamps.size() < fewest_rows || std::abs(stamps[0]) > 1) return false;
+  return ((stamps.tail(stamps.size() - 1) - stamps.head(stamps.size() - 1)).array() == 1.0).all();
+}
+
 }  // namespace kr5::arm_log

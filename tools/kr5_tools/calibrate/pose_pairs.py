@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from kr5 import calibration
 from kr5.files.documents import OpenDocument, PoseMatrix, parse_json, parse_yaml, read_text, validate_document
-from kr5.logs.log_file import ENDINGS
+from kr5.logs.log_file import TABLE_ENDINGS
 from kr5.tables.options import TableOptions
 from kr5.tables.read_table import column_names
 from kr5.tables.roles import OPTIONAL_TIME, PoseRole
@@ -137,7 +137,7 @@ def read_pairs_file(
             raise kr5.FileError(source, f"no such file; expected {EXPECTED}")
     if camera_poses:
         return _two_files(file, camera_poses, wanted)
-    if file.suffix.lower().lstrip(".") in ENDINGS:
+    if file.suffix.lower().lstrip(".") in TABLE_ENDINGS:
         return _table(file, wanted)
     if given := [
         flag

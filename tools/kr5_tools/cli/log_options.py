@@ -8,7 +8,8 @@ import typer
 SourceArgument = Annotated[
     Path,
     typer.Argument(
-        metavar="RECORDING|LOG", help="Folder of a recording, or a log: CSV with any separator, NPZ, MCAP or a ROS bag."
+        metavar="RECORDING|LOG",
+        help="Folder of a recording, or a log: CSV with any separator, NPZ, Parquet, HDF5, MCAP, a ROS bag, …",
     ),
 ]
 

@@ -17,6 +17,17 @@ ColumnsOption = Annotated[
         ),
     ),
 ]
+EpisodesOption = Annotated[
+    str,
+    typer.Option(
+        "--episodes",
+        metavar="NUMBERS",
+        help="Recordings of a data set that has several (LeRobot, HDF5 of robomimic): 3,7-12; by default some of them.",
+    ),
+]
+EpisodeOption = Annotated[
+    str, typer.Option("--episodes", metavar="NUMBER", help="Recording of a data set that has several, such as 3.")
+]
 JointColumns = Annotated[
     str | None, typer.Option(help="Columns of the joints, e.g. j1,j2,j3 or joint_{}; by default q1, q2, …")
 ]

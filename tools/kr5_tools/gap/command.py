@@ -10,7 +10,7 @@ from kr5.files.documents import OpenDocument, display_value, parse_json, read_te
 from kr5.logs.compared_source import SourceOptions, input_files
 
 from kr5_tools.cli import arguments, tables, terminal
-from kr5_tools.cli.table_options import ColumnsOption
+from kr5_tools.cli.table_options import ColumnsOption, EpisodesOption
 from kr5_tools.gap import bench, diagnose, effects, explain, plan
 from kr5_tools.gap.source import (
     BaseOption,
@@ -58,6 +58,7 @@ def measure(
     tip: TipOption = "",
     every: arguments.EveryOption = None,
     columns: ColumnsOption = None,
+    episodes: EpisodesOption = "",
     overrides: SetOption = None,
     trust: TrustOption = False,
     png: Annotated[
@@ -75,7 +76,7 @@ def measure(
     """
     import kr5.cell
 
-    reading = SourceOptions(model, base, tip, every, overrides_of(overrides, columns), trust)
+    reading = SourceOptions(model, base, tip, every, overrides_of(overrides, columns), trust, episodes)
     own = input_files(source, reading) + ([cell_file] if cell_file else [])
     writing.check_writable(png, json_file, output, inputs=own)
     to = terminal.console(json_file)

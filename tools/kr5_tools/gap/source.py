@@ -20,7 +20,7 @@ SourceArgument = Annotated[
         help=(
             "Folder of a recording (recording.yaml); or logs of a robot, with --model: "
             + ", ".join(f".{e}" for e in ENDINGS)
-            + ", folders of ROS 2 bags."
+            + ", folders of ROS 2 bags, LeRobot data sets and SAGE."
         ),
     ),
 ]

@@ -7,13 +7,13 @@ import kr5
 import kr5.cell
 import numpy as np
 from kr5 import cell
-from kr5.logs.bag_file import is_bag_folder
+from kr5.logs.log_file import is_log_folder
 
 MOST_DRAWN = 1500  # samples in a result file, for its plots
 
 
 def is_recording(source: Path) -> bool:
-    return source.is_dir() and not is_bag_folder(source)
+    return source.is_dir() and not is_log_folder(source)
 
 
 def believed_cell(recording: kr5.cell.Recording | None, cell_file: Path | None) -> Any:

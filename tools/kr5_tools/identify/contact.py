@@ -18,7 +18,7 @@ from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.cell_output import write_cell_file
 from kr5_tools.cli.log_options import CellFileOption, SourceArgument, WriteCellFileOption
 from kr5_tools.cli.options import options_from
-from kr5_tools.cli.table_options import ColumnsOption, LengthUnit, tell_notes
+from kr5_tools.cli.table_options import ColumnsOption, EpisodeOption, LengthUnit, tell_notes
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import console, fail, spinner
 from kr5_tools.identify.axis_logs import (
@@ -58,6 +58,7 @@ def contact(
         ),
     ] = False,
     columns: ColumnsOption = None,
+    episodes: EpisodeOption = "",
     length: LengthUnit = None,
     cell_file: CellFileOption = None,
     write_cell: WriteCellFileOption = None,
@@ -76,7 +77,11 @@ def contact(
     recording = cell.load_recording(source) if is_recording(source) else None
     believed = believed_cell(recording, cell_file)
     need_target_cell(believed, write_cell)
-    log = recorded_log(recording, options) if recording else _table_log(source, TableOptions(columns, length=length))
+    log = (
+        recorded_log(recording, options)
+        if recording
+        else _table_log(source, TableOptions(columns, length=length, episodes=episodes))
+    )
     with spinner("Identifying the contact"):
         found = identification.identify_contact_stiffness(log, options)
     if not found.fit.usable:

@@ -16,7 +16,7 @@ from kr5.tables.roles import Role
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.cell_output import CellOption, WriteCellOption, load_target_cell, write_cell_file
 from kr5_tools.cli.options import options_from
-from kr5_tools.cli.table_options import AngleUnit, ColumnsOption, tell_notes
+from kr5_tools.cli.table_options import AngleUnit, ColumnsOption, EpisodeOption, tell_notes
 from kr5_tools.cli.tables import figure_row, print_result
 from kr5_tools.cli.terminal import console, fail
 
@@ -47,6 +47,7 @@ def drives(
         typer.Option(metavar="N,N,…", help="Encoder counts of a turn of each motor; one number for all of them. [-]"),
     ] = None,
     columns: ColumnsOption = None,
+    episodes: EpisodeOption = "",
     angle: AngleUnit = None,
     output: ResultOption = None,
     cell: CellOption = None,
@@ -59,7 +60,7 @@ def drives(
     """
     check_writable(output, write_cell, json_file, inputs=[file, *([cell] if cell else [])])
     believed = load_target_cell(cell, write_cell)
-    wanted = TableOptions(columns, angle=angle)
+    wanted = TableOptions(columns, angle=angle, episodes=episodes)
     readings = read_readings(file, wanted)
     tell_notes(wanted.notes)
     n = readings.joint.shape[1]

@@ -14,7 +14,7 @@ from kr5.logs.joint_motion import arm_model, merged_motion
 
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.options import options_from
-from kr5_tools.cli.table_options import ColumnsOption
+from kr5_tools.cli.table_options import ColumnsOption, EpisodesOption
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import Console, console, fail, spinner
 from kr5_tools.identify.dynamics_errors import error_rows
@@ -58,6 +58,7 @@ def dynamics(
         ),
     ] = 1 / 3,
     columns: ColumnsOption = None,
+    episodes: EpisodesOption = "",
     output: ResultOption = None,
     page: Annotated[
         Path | None,
@@ -79,7 +80,7 @@ def dynamics(
     check_writable(
         output, page, write_cell, json_file, inputs=[f for f in (source, cell, map_file) if f and f.is_file()]
     )
-    motions = read_motions(source, cell, map_file, held_out, columns)
+    motions = read_motions(source, cell, map_file, held_out, columns, episodes)
     fit, check = condition_parts(motions, conditioning_of(log, motions.cell))
     model = arm_model(motions.cell, [terms] * motions.cell.robot.joints)
     options.held_out = 0.0

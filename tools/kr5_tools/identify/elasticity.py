@@ -17,7 +17,7 @@ from kr5.tables.roles import Role
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.cell_output import WriteCellOption, write_cell_file
 from kr5_tools.cli.options import options_from
-from kr5_tools.cli.table_options import AngleUnit, ColumnsOption, tell_notes
+from kr5_tools.cli.table_options import AngleUnit, ColumnsOption, EpisodeOption, tell_notes
 from kr5_tools.cli.tables import figure_row, print_result
 from kr5_tools.cli.terminal import console, fail
 
@@ -65,6 +65,7 @@ def elasticity(
         ),
     ] = None,
     columns: ColumnsOption = None,
+    episodes: EpisodeOption = "",
     angle: AngleUnit = None,
     cell: Annotated[
         Path | None,
@@ -88,7 +89,7 @@ def elasticity(
     if write_cell and not cell:
         fail("--write-cell: --cell is missing; name the cell into which the result is put")
     believed = kr5_cell.load_cell(cell) if cell else None
-    wanted = TableOptions(columns, angle=angle)
+    wanted = TableOptions(columns, angle=angle, episodes=episodes)
     readings = read_readings(file, wanted, believed)
     tell_notes(wanted.notes)
     if torque_noise is not None:

@@ -19,7 +19,7 @@ from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.cell_output import write_cell_file
 from kr5_tools.cli.log_options import CellFileOption, SourceArgument, WriteCellFileOption
 from kr5_tools.cli.options import options_from
-from kr5_tools.cli.table_options import AngleUnit, ColumnsOption, JointColumns, tell_notes
+from kr5_tools.cli.table_options import AngleUnit, ColumnsOption, EpisodeOption, JointColumns, tell_notes
 from kr5_tools.cli.tables import figure_row, print_result
 from kr5_tools.cli.terminal import console, fail, spinner
 from kr5_tools.identify.axis_logs import (
@@ -52,6 +52,7 @@ def force_torque(
     source: SourceArgument,
     options: identification.ForceTorqueOptions,
     columns: ColumnsOption = None,
+    episodes: EpisodeOption = "",
     joints: JointColumns = None,
     angle: AngleUnit = None,
     cell_file: CellFileOption = None,
@@ -75,7 +76,7 @@ def force_torque(
     if believed is not None and believed.tool is not None:
         options.T_flange_sensor = believed.tool.T_flange_sensor
         options.inertia = believed.tool.inertia
-    wanted = TableOptions(columns, joints, angle=angle)
+    wanted = TableOptions(columns, joints, angle=angle, episodes=episodes)
     with spinner("Reading the wrenches"):
         readings = _motion_readings(recording, believed) if recording else _table_readings(source, believed, wanted)
     tell_notes(wanted.notes)

@@ -16,7 +16,7 @@ from kr5.tables.roles import CURRENTS, OPTIONAL_TIME, SPEEDS, TORQUES, joints_ro
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.cell_output import WriteCellOption, write_cell_file
 from kr5_tools.cli.options import options_from
-from kr5_tools.cli.table_options import AngleUnit, ColumnsOption, JointColumns, LengthUnit, tell_notes
+from kr5_tools.cli.table_options import AngleUnit, ColumnsOption, EpisodeOption, JointColumns, LengthUnit, tell_notes
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import Console, console, fail, print_note, spinner
 from kr5_tools.identify.motion_logs import FROM_THE_CELL, conditioning_of, require_usable
@@ -61,6 +61,7 @@ def gravity(
         ),
     ] = False,
     columns: ColumnsOption = None,
+    episodes: EpisodeOption = "",
     joints: JointColumns = None,
     angle: AngleUnit = None,
     length: LengthUnit = None,
@@ -82,7 +83,7 @@ def gravity(
         fail(f"{arm}: robot.links: found none, expected the masses of the links, which --write-cell keeps")
     chain = believed.nominal_chain()
     options.gravity = believed.robot.gravity
-    wanted = TableOptions(columns, joints, length=length, angle=angle)
+    wanted = TableOptions(columns, joints, length=length, angle=angle, episodes=episodes)
     logged = slow_log(log, believed, wanted)
     tell_notes(wanted.notes)
     motion, findings = slow_motion(log, logged, conditioning_of(conditioning, believed))

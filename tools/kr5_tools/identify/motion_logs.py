@@ -2,7 +2,7 @@
 
 import re
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -12,14 +12,15 @@ import kr5.cell
 import kr5.identification
 import numpy as np
 from kr5 import identification, physics
-from kr5.logs.bag_file import is_bag_folder
 from kr5.logs.column_list import names_in_order
 from kr5.logs.column_names import find_families
 from kr5.logs.importer import Importer
 from kr5.logs.log import Log
-from kr5.logs.map_file import Map, Source, load_map
+from kr5.logs.log_file import is_log_folder
+from kr5.logs.map_file import Clock, Experiment, Map, Source, load_map
 from kr5.logs.map_guess import guess_map
 from kr5.logs.overrides import GivenEntries
+from kr5.logs.units import OF_RANGE
 from kr5.logs.values import to_si
 
 from kr5_tools.cli.options import options_from
@@ -51,22 +52,30 @@ def load_arm(file: Path) -> Any:
 
 
 def read_motions(
-    source: Path, arm: Path | None, map_file: Path | None, held_out: float, columns: str | None = None
+    source: Path,
+    arm: Path | None,
+    map_file: Path | None,
+    held_out: float,
+    columns: str | None = None,
+    episodes: str = "",
 ) -> MotionLogs:
     """The motions of a recording folder, or of a log with --map, or with --cell, whose map is then guessed.
-    `columns`: names of the columns of a log in their order.
+    `columns`: names of the columns of a log in their order; `episodes`: those of a data set that are read.
 
     A recording says which experiments are held out; of everything else, and of a recording that does not, the last
     part `held_out` is.
     """
     if columns and (map_file or not arm):
         raise kr5.InvalidArgument("--columns: only for a log with --cell; a map names the columns by its entry header")
-    if source.is_dir() and not is_bag_folder(source):
+    if episodes and (map_file or not arm):
+        raise kr5.InvalidArgument("--episodes: only for a log with --cell; a map names one by the entry episode")
+    if source.is_dir() and not is_log_folder(source):
         out = _recording_motions(source, arm)
     elif map_file:
         out = _log_motions(source, load_map(map_file))
     elif arm:
-        out = _guessed_motions(source, arm, names_in_order(columns) if columns else None)
+        given = GivenEntries(header=names_in_order(columns) if columns else None, episodes=episodes)
+        out = _guessed_motions(source, arm, given)
     else:
         raise kr5.FileError(source, "a log needs its arm: --cell with a cell file or a URDF, or --map with a map file")
     if not out.fit:
@@ -140,14 +149,14 @@ def _experiment_log(cell: kr5.cell.Cell, experiment: kr5.cell.Experiment, n: int
     )
 
 
-def _guessed_motions(source: Path, arm: Path, header: list[str] | None) -> MotionLogs:
+def _guessed_motions(source: Path, arm: Path, given: GivenEntries) -> MotionLogs:
     cell = load_arm(arm)
     with tempfile.TemporaryDirectory() as folder:
         cell_file, map_file = Path(folder) / "cell.yaml", Path(folder) / "map.yaml"
         kr5.cell.save_cell(cell, cell_file)
-        guessed = guess_map([source], cell, cell_file, given=GivenEntries(header=header))
-        found = guessed.entry | ({"header": header} if header else {})
-        found["experiments"] = [{"name": "log", "kind": "motion", "split": "fit"}]
+        guessed = guess_map([source], cell, cell_file, given=given)
+        found = guessed.entry | ({"header": given.header} if given.header else {})
+        found["experiments"] = _whole_logs(found["experiments"])
         import yaml
 
         map_file.write_text(yaml.safe_dump(found))
@@ -158,16 +167,27 @@ def _guessed_motions(source: Path, arm: Path, header: list[str] | None) -> Motio
     return out
 
 
+def _whole_logs(experiments: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """One experiment for all of each log, or episode: what is held out is cut later."""
+    out = dict[object, dict[str, Any]]()
+    for entry in experiments:
+        episode = entry.get("episode")
+        name = "log" if episode is None else f"episode-{episode}"
+        own = {key: entry[key] for key in ("episode", "clock", "columns") if key in entry}
+        out.setdefault(episode, {"name": name, "kind": "motion", "split": "fit"} | own)
+    return list(out.values())
+
+
 def _log_motions(source: Path, map: Map) -> MotionLogs:
     """The columns of a log as they came, in SI on the joint side: its faults are for check_log to name."""
     importer = Importer(map, source)
     out = MotionLogs(importer.cell)
-    log = importer.log(None)
     for experiment in map.experiments:
         if experiment.entry.kind != "motion":
             continue
+        log = importer.log(None, experiment.entry.episode)
         begin, end = experiment.span()
-        one = _mapped_log(importer.cell, log, map, experiment.sources, out.notes.append)
+        one = _mapped_log(importer.cell, log, map, experiment, out.notes.append)
         if one is None:
             continue
         t = np.asarray(one.t)
@@ -177,10 +197,8 @@ def _log_motions(source: Path, map: Map) -> MotionLogs:
     return out
 
 
-def _mapped_log(
-    cell: kr5.cell.Cell, log: Log, map: Map, sources: Mapping[str, object], note: Callable[[str], None]
-) -> Any:
-    named = {name: s for name, s in sources.items() if isinstance(s, Source) and s.names}
+def _mapped_log(cell: kr5.cell.Cell, log: Log, map: Map, experiment: Experiment, note: Callable[[str], None]) -> Any:
+    named = {name: s for name, s in experiment.sources.items() if isinstance(s, Source) and s.names}
     q = named.get("q") or named.get("qc")
     load = named.get("tau") or named.get("i")
     if q is None or load is None:
@@ -188,7 +206,7 @@ def _mapped_log(
     values = to_si(q, "q", _raw(log, q), cell, note)
     torque = to_si(load, "tau", _raw(log, load), cell, note)
     speeds = _speeds(log, q, cell, note)
-    t = _times(log, map, len(values))
+    t = _times(log, map, experiment.entry.clock or map.clock, len(values))
     return identification.JointLog(
         t=t,
         q=values,
@@ -204,8 +222,7 @@ def _raw(log: Log, source: Source) -> np.ndarray:
     return np.column_stack([log.column(name, source.where) for name in source.names])
 
 
-def _times(log: Log, map: Map, rows: int) -> np.ndarray:
-    clock = map.clock
+def _times(log: Log, map: Map, clock: Clock | None, rows: int) -> np.ndarray:
     if clock is None or clock.column is None:
         every = clock.every if clock is not None and clock.every is not None else None
         stamps = next(iter(log.clocks.values()), None)
@@ -221,7 +238,7 @@ def _times(log: Log, map: Map, rows: int) -> np.ndarray:
 def _speeds(log: Log, q: Source, cell: kr5.cell.Cell, note: Callable[[str], None]) -> dict[str, Any]:
     """Logged speeds, when a family of columns is named like them; taken in the unit of the positions."""
     found = find_families(log, list(cell.robot.joint_names), len(q.names)).first("qd")
-    if found is None:
+    if found is None or {*q.unit} & {*OF_RANGE, "tick"}:  # which have a zero of their own
         return {}
     names = found.columns
     own = Source(q.where, q.members, names, None, False, q.unit, q.scale, [0.0] * len(names), q.side)

@@ -16,7 +16,7 @@ from kr5.logs.joint_motion import arm_model, merged_motion
 
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.options import options_from
-from kr5_tools.cli.table_options import ColumnsOption
+from kr5_tools.cli.table_options import ColumnsOption, EpisodesOption
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import Console, console, fail, print_note, spinner
 from kr5_tools.identify.dynamics_parts import SHOWN_SAMPLES, condition_parts
@@ -56,6 +56,7 @@ def payload(
         Path | None, typer.Option("--map", metavar="MAP.yaml", help="Meaning of the columns of both logs.")
     ] = None,
     columns: ColumnsOption = None,
+    episodes: EpisodesOption = "",
     output: ResultOption = None,
     page: Annotated[
         Path | None, typer.Option("--page", metavar="FILE.html", help="Page with what the load adds to each torque.")
@@ -75,10 +76,10 @@ def payload(
     check_writable(
         output, page, write_cell, json_file, inputs=[f for f in (source, without, cell, map_file) if f and f.is_file()]
     )
-    loaded, arm = read_motions(source, cell, map_file, 0.0, columns), None
+    loaded, arm = read_motions(source, cell, map_file, 0.0, columns, episodes), None
     motion = conditioned(loaded, log)
     if without:
-        bare = read_motions(without, cell, map_file, 0.0, columns)
+        bare = read_motions(without, cell, map_file, 0.0, columns, episodes)
         arm = identified_arm(bare, conditioned(bare, log), terms, without)
     with spinner("Identifying the payload"):
         if arm is not None:

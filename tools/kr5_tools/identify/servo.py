@@ -17,7 +17,7 @@ from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.cell_output import write_cell_file
 from kr5_tools.cli.log_options import CellFileOption, SourceArgument, WriteCellFileOption
 from kr5_tools.cli.options import options_from
-from kr5_tools.cli.table_options import AngleUnit, ColumnsOption, LengthUnit, tell_notes
+from kr5_tools.cli.table_options import AngleUnit, ColumnsOption, EpisodeOption, LengthUnit, tell_notes
 from kr5_tools.cli.tables import figure_row, print_result
 from kr5_tools.cli.terminal import console, fail, spinner
 from kr5_tools.identify.axis_logs import (
@@ -43,6 +43,7 @@ def servo(
         typer.Option(help="Joint, counted from 1, in place of the path correction; may be given several times."),
     ] = None,
     columns: ColumnsOption = None,
+    episodes: EpisodeOption = "",
     length: LengthUnit = None,
     angle: AngleUnit = None,
     cell_file: CellFileOption = None,
@@ -64,7 +65,7 @@ def servo(
     need_target_cell(believed, write_cell)
     if joint and believed is not None and (wrong := [j for j in joint if not 1 <= j <= len(believed.robot.dh)]):
         fail(f"--joint: found {wrong[0]}, the arm has the joints 1 to {len(believed.robot.dh)}")
-    wanted = TableOptions(columns, length=length, angle=angle)
+    wanted = TableOptions(columns, length=length, angle=angle, episodes=episodes)
     logs = recorded_logs(recording, joint, options) if recording else {_name(joint): _table_log(source, joint, wanted)}
     tell_notes(wanted.notes)
     results = {}

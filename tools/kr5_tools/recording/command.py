@@ -10,11 +10,13 @@ from kr5.logs.importer import Readings, import_recording
 from kr5.logs.map_file import EXAMPLE
 
 from kr5_tools.cli import arguments, tables, terminal
-from kr5_tools.cli.table_options import ColumnsOption
+from kr5_tools.cli.table_options import ColumnsOption, EpisodesOption
 
 app = typer.Typer(no_args_is_help=True)
 
-LOG_FORMATS = "CSV (also ; or tabs between columns), NPZ, MCAP, or a ROS bag"
+LOG_FORMATS = (
+    "CSV (also ; or tabs between columns), NPZ, Parquet, HDF5, PyTorch, JSON, MCAP, a ROS bag, LeRobot, or SAGE"
+)
 
 LogFile = Annotated[
     Path | None,
@@ -50,6 +52,7 @@ def import_log(
     ],
     log: LogFile = None,
     columns: ColumnsOption = None,
+    episodes: EpisodesOption = "",
     trust: Annotated[
         bool, typer.Option("--trust", help="Write the recording although some numbers are implausible.")
     ] = False,
@@ -73,7 +76,7 @@ def import_log(
         noise.extend(note.text(recording.cell) for note in notes)
 
     with terminal.spinner(f"Reading {log or map_file}"):
-        found, notes, problems = import_recording(log, map_file, add_noise, columns=columns)
+        found, notes, problems = import_recording(log, map_file, add_noise, columns=columns, episodes=episodes)
     if problems and not trust:
         remedy = "nothing was written; correct the map, or write the recording as it is with --trust"
         terminal.fail(*(problem.text() for problem in problems), remedy)
@@ -109,6 +112,7 @@ def guess(
     ] = None,
     every: arguments.EveryOption = None,
     columns: ColumnsOption = None,
+    episodes: EpisodesOption = "",
     json_file: arguments.JsonOption = None,
 ) -> None:
     """Proposal of a map for logs, from the names of their columns and the size of their numbers; to be checked and
@@ -125,7 +129,7 @@ def guess(
     if cell.suffix.lower() in (".urdf", ".xml", ".mjcf", ".xacro"):
         terminal.fail(f"{cell}: found a description of a robot, expected a cell file; kr5 cell import {cell} makes one")
     header = names_in_order(columns) if columns else None
-    given = GivenEntries(clock={"every": every} if every else {}, header=header)
+    given = GivenEntries(clock={"every": every} if every else {}, header=header, episodes=episodes)
     guessed = guess_map(logs, kr5.cell.load_cell(cell), cell, output, given)
     guessed.entry |= {"header": header} if header else {}
     text = yaml.safe_dump(guessed.entry, sort_keys=False, width=110)

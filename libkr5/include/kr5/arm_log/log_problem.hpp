@@ -17,32 +17,44 @@ namespace kr5::arm_log {
 
 /// What is wrong. `found` and `expected` of a problem are what stands in brackets.
 enum class LogProblemKind {
-  BeyondLimits,    ///< Positions of a joint (from, to) beyond its limits (from, to) [rad or m].
-  HardlyMoves,     ///< No joint farther than `found` [rad] from zero, as of radians that were read as degrees.
-  FollowsAnother,  ///< A measured joint follows the command of joint `other`, `found` from its own [rad or m].
-  SpeedBeyond,     ///< Joints that move at `found` times their limit of speed.
-  RowsApart,       ///< A row every `found` [s], beside a servo of another cycle.
-  Constant,        ///< Loads that are the same (`found`) in every row.
-  Saturated,       ///< A load that stays at its extreme, from `found` to `found_to` [s], while the arm moves.
-  Order,           ///< Loads that fit with the joints in the order of `reading`.
-  Convention,      ///< Loads that fit with joints counted as in `reading`.
-  Weightless,      ///< Loads as of an arm without weight.
-  OppositeSign,    ///< Every load of the opposite sign to the simulation.
-  SomeOpposite,    ///< Some loads of the opposite sign.
-  Factor,          ///< `found` times what the simulation shows, as another unit or side of the gears gives.
-  FactorOfJoint,   ///< `found` to `found_to` times, a different factor for each joint.
-  UnknownFactor,   ///< `found` times, for no reason that is known.
-  Swapped,         ///< Two loads each like the simulation of the other (correlation `found`, own `found_to`).
-  Unlike,          ///< A correlation of `found` of the largest load with its simulation.
-  ToolScale,       ///< Measured tool positions that spread `found` times as far as the cell's tool.
-  ToolFrame,       ///< Measured tool positions `found` off the cell's, `found_to` from `T_base_device` [m].
-  ToolElsewhere,   ///< Measured tool positions `found` off the cell's, in any frame [m].
+  BeyondLimits,       ///< Positions of a joint (from, to) beyond its limits (from, to) [rad or m].
+  HardlyMoves,        ///< No joint farther than `found` [rad] from zero, as of radians that were read as degrees.
+  FollowsAnother,     ///< A measured joint follows the command of joint `other`, `found` from its own [rad or m].
+  CommandsMeasured,   ///< Commands that are the positions measured `found` rows later.
+  CommandsAreSpeeds,  ///< Commands that the speeds of the joints follow (correlation `found` at least).
+  CommandsScaled,     ///< Positions follow with `found` to `found_to` times the command, or from another zero.
+  CommandsUnlike,     ///< Commands that no joint follows (correlation `found` at most).
+  NeverMoves,         ///< A joint that moves by `found` beside a command that moves by `expected` [rad or m].
+  StopsFollowing,     ///< A joint that follows its command up to `found` [s], and not from there on.
+  SpeedBeyond,        ///< Joints that move at `found` times their limit of speed.
+  RowsApart,          ///< A row every `found` [s], beside a servo of another cycle.
+  Constant,           ///< Loads that are the same (`found`) in every row.
+  Saturated,          ///< A load that stays at its extreme, from `found` to `found_to` [s], while the arm moves.
+  Order,              ///< Loads that fit with the joints in the order of `reading`.
+  Convention,         ///< Loads that fit with joints counted as in `reading`.
+  Weightless,         ///< Loads as of an arm without weight.
+  OppositeSign,       ///< Every load of the opposite sign to the simulation.
+  SomeOpposite,       ///< Some loads of the opposite sign.
+  Factor,             ///< `found` times what the simulation shows, as another unit or side of the gears gives.
+  FactorOfJoint,      ///< `found` to `found_to` times, a different factor for each joint.
+  UnknownFactor,      ///< `found` times, for no reason that is known.
+  Swapped,            ///< Two loads each like the simulation of the other (correlation `found`, own `found_to`).
+  Unlike,             ///< A correlation of `found` of the largest load with its simulation.
+  ToolScale,          ///< Measured tool positions that spread `found` times as far as the cell's tool.
+  ToolFrame,          ///< Measured tool positions `found` off the cell's, `found_to` from `T_base_device` [m].
+  ToolElsewhere,      ///< Measured tool positions `found` off the cell's, in any frame [m].
 };
 constexpr auto enum_names(LogProblemKind) {
   using enum LogProblemKind;
   return names<LogProblemKind>({{BeyondLimits, "beyond_limits"},
                                 {HardlyMoves, "hardly_moves"},
                                 {FollowsAnother, "follows_another"},
+                                {CommandsMeasured, "commands_measured"},
+                                {CommandsAreSpeeds, "commands_are_speeds"},
+                                {CommandsScaled, "commands_scaled"},
+                                {CommandsUnlike, "commands_unlike"},
+                                {NeverMoves, "never_moves"},
+                                {StopsFollowing, "stops_following"},
                                 {SpeedBeyond, "speed_beyond"},
                                 {RowsApart, "rows_apart"},
                                 {Constant, "constant"},
@@ -84,6 +96,9 @@ enum class LogRemedy {
   Exchange,            ///< The two columns, one for the other.
   Rearrange,           ///< Columns in the order of `reading`.
   Recount,             ///< Joints counted as in `reading`.
+  UseMeasured,         ///< Measured positions in place of the commands.
+  ScaleCommands,       ///< Commands times `factors` plus `offsets`.
+  CutLog,              ///< The log up to `found` [s] alone.
   PositionMetre,       ///< Positions of the tool in metres.
   PositionCentimetre,  ///< In centimetres.
   PositionMillimetre,  ///< In millimetres.
@@ -111,6 +126,9 @@ constexpr auto enum_names(LogRemedy) {
                            {Exchange, "exchange"},
                            {Rearrange, "rearrange"},
                            {Recount, "recount"},
+                           {UseMeasured, "use_measured"},
+                           {ScaleCommands, "scale_commands"},
+                           {CutLog, "cut_log"},
                            {PositionMetre, "position_metre"},
                            {PositionCentimetre, "position_centimetre"},
                            {PositionMillimetre, "position_millimetre"},
@@ -127,6 +145,8 @@ struct LogProblem {
   double found = 0.0, found_to = 0.0;
   double expected = 0.0, expected_to = 0.0;
   JointReading reading = {};              ///< Of Order and Convention.
+  std::vector<double> factors = {};       ///< Of CommandsScaled, a joint each [-].
+  std::vector<double> offsets = {};       ///< Of CommandsScaled, a joint each [rad or m].
   Pose T_base_device = Pose::Identity();  ///< Of ToolFrame.
 
   static void each_field(auto& self, auto&& visit) {
@@ -141,6 +161,8 @@ struct LogProblem {
     visit("expected", self.expected, "What was expected, or where it begins.");
     visit("expected_to", self.expected_to, "Where it ends.");
     visit("reading", self.reading, "Order, directions and zeros with which the loads fit.");
+    visit("factors", self.factors, "Of each joint: position over command [-].");
+    visit("offsets", self.offsets, "Of each joint: position where the command is zero [rad or m].");
     visit("T_base_device", self.T_base_device, "Pose of the measuring device with which the tool positions fit.");
   }
 };

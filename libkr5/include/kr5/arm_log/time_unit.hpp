@@ -29,4 +29,8 @@ constexpr double usual_row_step = 0.005;  ///< Between rows of a controller's lo
 /// @throws InvalidArgument for a usual step that is negative.
 TimeUnit guess_time_unit(const Eigen::VectorXd& stamps, double usual_step = usual_row_step);
 
+/// Whether stamps count rows, each one above the last, so that they tell no time: neither an interval nor a unit.
+/// @param stamps NaN where there is none.
+bool counts_rows(const Eigen::VectorXd& stamps);
+
 }  // namespace kr5::arm_log

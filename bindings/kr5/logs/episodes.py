@@ -1,0 +1,74 @@
+"""Which recordings of data sets are read: `--episodes 3,7-12`."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+import kr5
+from kr5.logs.log_file import episodes_of
+
+MOST = 10  # episodes that are read where none are chosen
+MOST_CHOSEN = 10_000
+PART = re.compile(r"(\d+)(?:-(\d+))?")
+
+
+@dataclass(frozen=True)
+class LogSource:
+    """A log, or an episode of a data set."""
+
+    file: Path
+    episode: int | None = None
+
+    @property
+    def name(self) -> str:
+        return self.file.name if self.episode is None else f"{self.file.name} episode {self.episode}"
+
+
+def parse_episodes(text: str) -> list[int]:
+    """The numbers that a text names: `3,7-9` is 3, 7, 8, 9."""
+    out: list[int] = []
+    for part in text.split(","):
+        match = PART.fullmatch(part.strip())
+        first, last = (int(match[1]), int(match[2] or match[1])) if match else (1, 0)
+        if not first <= last < first + MOST_CHOSEN:
+            raise kr5.InvalidArgument(f"--episodes: found {text!r:.60}, expected numbers and ranges, such as 3,7-12")
+        out += [number for number in range(first, last + 1) if number not in out]
+    return out
+
+
+def log_sources(files: Sequence[Path], episodes: str = "") -> tuple[list[LogSource], list[str]]:
+    """The logs of files, of data sets the episodes that a text names, else some spread evenly; notes say which."""
+    out: list[LogSource] = []
+    notes: list[str] = []
+    wanted = parse_episodes(episodes) if episodes else []
+    sets = 0
+    for file in files:
+        if not (known := episodes_of(file)):
+            out.append(LogSource(file))
+            continue
+        sets += 1
+        chosen = _chosen(file, known, wanted)
+        if not wanted and len(chosen) < len(known):
+            notes.append(
+                f"{file.name} has {len(known)} episodes, of which {', '.join(map(str, chosen))} are read; --episodes"
+                f" {known[0]}-{known[min(len(known), MOST) - 1]} chooses others"
+            )
+        out += [LogSource(file, number) for number in chosen]
+    if wanted and not sets:
+        raise kr5.FileError(files[0], "is no data set with episodes; leave --episodes out")
+    return out, notes
+
+
+def _chosen(file: Path, known: list[int], wanted: list[int]) -> list[int]:
+    if absent := [number for number in wanted if number not in known]:
+        raise kr5.FileError(
+            file,
+            f"has no episode {', '.join(map(str, absent[:8]))}; it has {len(known)}, from {known[0]} to {known[-1]}:"
+            f" --episodes {known[0]}-{known[min(len(known), MOST) - 1]}",
+        )
+    if wanted or len(known) <= MOST:
+        return wanted or known
+    return [known[k] for k in np.unique(np.linspace(0, len(known) - 1, MOST).round().astype(int))]

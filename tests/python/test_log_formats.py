@@ -1,0 +1,239 @@
+"""Logs of servo arms in the formats in which they are recorded: each is found by what is in it, with one answer."""
+
+import subprocess
+import sys
+
+import kr5
+import numpy as np
+import pytest
+from kr5.logs import read_logs
+from kr5.logs.episodes import parse_episodes
+from kr5.logs.log_file import episodes_of, read_log
+
+import servo_log_files as files
+
+pytest.importorskip("pyarrow", reason="pip install 'kr5[parquet]'")
+pytest.importorskip("h5py", reason="pip install 'kr5[hdf5]'")
+
+FORMS = {
+    "lerobot v2.1": (files.lerobot_21, {}),
+    "lerobot v3": (files.lerobot_3, {}),
+    "lerobot table": (files.lerobot_table, {}),
+    "parquet": (files.plain_parquet, {}),
+    "aloha": (files.aloha, {"every": 1 / files.RATE}),
+    "robomimic": (files.robomimic, {}),
+    "droid": (files.droid, {}),
+    "pace": (files.pace, {}),
+    "sage": (files.sage, {}),
+    "headerless": (files.headerless, {"columns": "t,cmd{1-3},pos{1-3}"}),
+}
+
+
+@pytest.fixture(scope="module")
+def motions():
+    return [files.moved(seed) for seed in (1, 2, 3)]
+
+
+@pytest.fixture
+def model(tmp_path):
+    return files.file_of(tmp_path, files.servo_arm())
+
+
+def joined(recording, stem):
+    return np.vstack([np.column_stack([e[f"{stem}{k + 1}"] for k in range(3)]) for e in recording.experiments])
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_commands_and_positions_are_those_that_were_written(form, motions, model, tmp_path):
+    write, options = FORMS[form]
+    several = form.startswith("lerobot") or form == "robomimic"
+    found = read_logs(write(tmp_path, motions), model, **options, **({"episodes": "1"} if several else {}))
+    truth = motions[1 if several else 0]
+    rows = len(joined(found.recording, "q"))
+    assert rows > 0.95 * len(truth.t)
+    assert np.abs(joined(found.recording, "qc") - truth.qc[:rows]).max() < 1e-6
+    assert np.abs(joined(found.recording, "q") - truth.q[:rows]).max() < 1e-6
+    assert {str(e.split) for e in found.recording.experiments} == {"fit", "check"}
+
+
+@pytest.mark.parametrize("form", ["lerobot v2.1", "lerobot v3", "lerobot table", "robomimic"])
+def test_several_episodes_are_fitted_and_judged_by_name(form, motions, model, tmp_path):
+    data_set = FORMS[form][0](tmp_path, motions)
+    assert episodes_of(data_set) == [0, 1, 2]
+    found = read_logs(data_set, model, episodes="0,2")
+    assert len(found.recording.experiments) == 2
+    split = next(proposal for item, proposal, _ in found.reasons if item == "split of motion")
+    assert split == f"{data_set.name} episode 0 to fit, {data_set.name} episode 2 to check"
+    assert np.abs(joined(found.recording, "q")[len(motions[0].t) :] - motions[2].q).max() < 1e-6
+    assert found.inputs["episodes"] == "0,2" and "--episodes 0,2" in found.command
+
+
+def test_of_many_episodes_some_are_read_and_the_option_is_named(motions, model, tmp_path):
+    short = [files.Motion(m.t[:300], m.qc[:300], m.q[:300]) for m in motions]
+    found = read_logs(files.lerobot_21(tmp_path / "set", [short[k % 3] for k in range(25)]), model)
+    note = next(n for n in found.notes if "25 episodes" in n)
+    assert "0, 3, 5, 8, 11, 13, 16, 19, 21, 24 are read" in note and "--episodes 0-9" in note
+
+
+def test_episodes_are_chosen_in_words(motions, tmp_path):
+    assert parse_episodes("3,7-9") == [3, 7, 8, 9]
+    for text in ("a", "9-7", "", "3,,4"):
+        with pytest.raises(kr5.InvalidArgument, match="such as 3,7-12"):
+            parse_episodes(text or ",")
+    data_set = files.lerobot_3(tmp_path / "set", motions)
+    with pytest.raises(kr5.FileError, match="has 3 episodes .0 to 2.; choose one with --episodes 0"):
+        read_log(data_set)
+    with pytest.raises(kr5.FileError, match="has no episode 7; it has 3, from 0 to 2: --episodes 0-2"):
+        read_logs(data_set, files.file_of(tmp_path, files.servo_arm()), episodes="7")
+    with pytest.raises(kr5.FileError, match="no data set with episodes; leave --episodes out"):
+        read_logs(files.plain_parquet(tmp_path, motions), files.file_of(tmp_path, files.servo_arm()), episodes="0")
+
+
+def test_a_gripper_is_left_out_with_a_word(motions, model, tmp_path):
+    named = read_logs(files.lerobot_3(tmp_path / "set", motions), model, episodes="0")
+    assert any("action.gripper is left out" in note for note in named.notes)
+    unnamed = read_logs(files.aloha(tmp_path, motions), model, every=0.02)
+    assert any("observations/qpos[3] is left out, taken for a gripper" in note for note in unnamed.notes)
+
+
+def test_joints_of_other_names_are_taken_in_their_order_and_told(motions, model, tmp_path):
+    found = read_logs(files.sage(tmp_path, motions, ["Rotation", "Pitch", "Elbow", "Jaw"]), model)
+    told = (
+        "Rotation, Pitch, Elbow of state.positions are taken in this order for shoulder_pan, shoulder_lift, elbow_flex"
+    )
+    assert any(told in note for note in found.notes)
+    assert any("Jaw is left out, since a gripper" in note for note in found.notes)
+
+
+def test_joints_in_another_order_are_found_by_their_names(motions, model, tmp_path):
+    turned = [2, 0, 1]
+    other = [files.Motion(m.t, m.qc[:, turned], m.q[:, turned]) for m in motions]
+    data_set = files.lerobot_3(tmp_path / "set", other, joints=[files.NAMES[k] for k in turned])
+    found = read_logs(data_set, model, episodes="0")
+    assert np.abs(joined(found.recording, "q") - motions[0].q[: len(joined(found.recording, "q"))]).max() < 1e-6
+
+
+def test_torques_without_a_sign_are_not_compared(motions, model, tmp_path):
+    found = read_logs(files.sage(tmp_path, motions), model)
+    assert not any("tau1" in e.data for e in found.recording.experiments)
+    assert any("never change their sign" in note for note in found.notes)
+
+
+def test_rows_without_motor_are_left_out(tmp_path):
+    t = 0.005 * np.arange(1000)
+    log = files.bam(tmp_path / "log.json", t, np.sin(t), np.sin(t - 0.02), on=t < 2)
+    found = read_log(log)
+    assert len(found.columns["position"]) == 400
+    assert any("torque_enable is 0 in 600 of 1000 rows" in note and "rows 1 to 400" in note for note in found.notes)
+    assert any("kp 100" in note for note in found.notes)
+
+
+# What a file may not do
+
+
+class Harmful:
+    def __reduce__(self):
+        return exec, ("raise SystemExit('executed')",)
+
+
+def test_a_pickle_that_names_a_function_is_refused_and_not_executed(tmp_path):
+    file = files.torch_archive(tmp_path / "log.pt", {"a": Harmful()})
+    with pytest.raises(kr5.FileError, match=r"it names builtins\.exec, which is no tensor, and is not executed"):
+        read_log(file)
+
+
+def test_a_tensor_beyond_its_storage_is_refused(tmp_path):
+    tensor = files.FakeTensor("0", np.zeros((10, 3)))
+    file = files.torch_archive(tmp_path / "log.pt", {"a": tensor})
+    tensor.values = np.zeros((4, 3), np.float32)
+    large = files.torch_archive(tmp_path / "cut.pt", {"a": files.FakeTensor("0", np.zeros((10, 3)))})
+    data = large.read_bytes()
+    assert list(read_log(file).columns) == ["a[0]", "a[1]", "a[2]"]
+    large.write_bytes(data[: len(data) // 2])
+    with pytest.raises(kr5.FileError, match="cannot be read as tensors of PyTorch"):
+        read_log(large)
+
+
+@pytest.mark.parametrize("ending", ["parquet", "hdf5", "h5", "pt", "json"])
+def test_damaged_files_are_refused_by_name(ending, tmp_path):
+    file = tmp_path / f"log.{ending}"
+    file.write_bytes(b"no such format at all" * 10)
+    with pytest.raises(kr5.FileError, match=f"log.{ending}"):
+        read_log(file)
+
+
+@pytest.mark.parametrize(("ending", "package", "extra"), [("parquet", "pyarrow", "parquet"), ("hdf5", "h5py", "hdf5")])
+def test_without_the_package_the_extra_is_named(ending, package, extra, monkeypatch, motions, tmp_path):
+    file = (files.plain_parquet if ending == "parquet" else files.aloha)(tmp_path, motions)
+    for name in [n for n in sys.modules if n.split(".")[0] == package]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, package, None)
+    with pytest.raises(kr5.FileError, match=rf"the package {package} is needed: pip install 'kr5\[{extra}\]'"):
+        read_log(file)
+
+
+READ = """
+import resource, sys
+from pathlib import Path
+from kr5.logs.log_file import read_log
+log = read_log(Path(sys.argv[1]), episode=int(sys.argv[2]) if len(sys.argv) > 2 else None)
+print(max(len(v) for v in log.columns.values()), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024)
+"""
+
+
+def read_apart(file, *words):
+    """Rows of the log, and the largest memory of the process that reads it [MiB]."""
+    done = subprocess.run([sys.executable, "-c", READ, str(file), *words], capture_output=True, text=True, check=True)
+    return [int(word) for word in done.stdout.split()]
+
+
+def test_a_table_larger_than_memory_is_read_in_parts(tmp_path):
+    import pyarrow
+    import pyarrow.parquet
+
+    rows, groups, width = 200_000, 10, 60
+    names = ["time", *(f"cmd{k}" for k in range(6)), *(f"pos{k}" for k in range(6)), *(f"x{k}" for k in range(width))]
+    schema = pyarrow.schema([(name, pyarrow.float64()) for name in names])
+    random = np.random.default_rng(1)
+    with pyarrow.parquet.ParquetWriter(tmp_path / "log.parquet", schema) as writer:
+        for g in range(groups):
+            columns = [np.arange(rows) + g * rows, *random.normal(size=(len(names) - 1, rows))]
+            writer.write_table(pyarrow.table(dict(zip(names, columns)), schema))
+    assert (tmp_path / "log.parquet").stat().st_size > 1 << 30
+    found, memory = read_apart(tmp_path / "log.parquet")
+    assert found == rows * groups and memory < 1024
+
+
+def test_of_a_set_with_images_the_vectors_alone_are_read(tmp_path, motions):
+    import h5py
+
+    file = files.aloha(tmp_path, motions)
+    with h5py.File(file, "a") as opened:
+        del opened["observations/images/top"]
+        opened.create_dataset("observations/images/top", (len(motions[0].t), 480, 640, 3), "u1")[:] = 7
+    assert file.stat().st_size > 800 << 20
+    found, memory = read_apart(file)
+    assert found == len(motions[0].t) and memory < 400
+
+
+# Public data
+
+
+def test_the_public_so101_is_read_from_folders(reference, tmp_path):
+    folder = reference / "data" / "servo_so101_sage"
+    if not folder.is_dir():
+        pytest.skip(f"no public data: {folder}")
+    log = read_log(folder / "pick_place")
+    assert len(log.arrays["state.positions"]) == 6 and log.labels["command.positions.Jaw"] == "Jaw"
+    times = log.columns[log.clocks["state_motor"]]
+    assert len(times) == 4840 and 0.0195 < np.median(np.diff(times)) < 0.0205
+
+
+def test_the_public_xl330_is_read_from_json(reference):
+    folder = reference / "data" / "servo_xl330_bam"
+    if not folder.is_dir():
+        pytest.skip(f"no public data: {folder}")
+    for file in sorted(folder.glob("*.json")):
+        log = read_log(file)
+        assert {"timestamp", "position", "goal_position"} <= set(log.columns)
+        assert (log.columns["torque_enable"] == 1).all()
