@@ -78,6 +78,16 @@ TEST_CASE("of several logs the last are to check") {
   CHECK(spans[2].split == Split::Check);
 }
 
+TEST_CASE("logs that are kept to check are, and all others are to fit") {
+  std::vector<LoggedMotion> logs(4, pausing(100, 100));
+  logs[0].kept_to_check = logs[2].kept_to_check = true;
+  const auto spans = arm_log::split_motions(logs);
+  REQUIRE(spans.size() == 4);
+  for (const auto& span : spans) CHECK(span.split == (span.log % 2 == 0 ? Split::Check : Split::Fit));
+  for (LoggedMotion& log : logs) log.kept_to_check = true;
+  CHECK_THROWS_AS(arm_log::split_motions(logs), InvalidArgument);
+}
+
 TEST_CASE("a commanded log that begins in motion has a lead-in as long as its servos need") {
   LoggedMotion log = pausing(100, 100);
   const Eigen::Index from = 100;

@@ -41,7 +41,6 @@ drives:
 servo:
   cycle: 0.02
   torque: {stiffness: 20.0, damping: 0.7}
-tool: {mass: 0.0}
 """
 
 
@@ -62,7 +61,9 @@ class Motion:
 
 
 def servo_arm():
-    return kr5.cell.parse_cell(ARM)
+    out = kr5.cell.parse_cell(ARM)
+    out.tool = kr5.cell.Tool()
+    return out
 
 
 def commands(t, seed):
@@ -78,13 +79,15 @@ def commands(t, seed):
 def moved(seed=1, seconds=20.0, cell=None):
     """A motion of the arm, its encoders of 4096 steps a turn."""
     cell = cell or servo_arm()
-    t = np.arange(round(seconds * RATE)) / RATE
-    qc = commands(t, seed)
+    settling = round(2.0 * RATE)  # rows in which the arm comes to rest, before the log begins
+    rows = round(seconds * RATE)
+    t = np.arange(rows + settling) / RATE
+    qc = commands(t - t[settling], seed)
     experiment = kr5.cell.Experiment(name="m", kind="motion", file="m.csv", split="fit")
     experiment.data = kr5.io.Table(["t", "qc1", "qc2", "qc3"], np.column_stack([t, qc]))
     shown = kr5.predict.FastSimulator().predict(cell, experiment)
     q = np.column_stack([shown[f"q{k + 1}"] for k in range(3)])
-    return Motion(t, qc, np.round(q / TICK) * TICK)
+    return Motion(t[:rows], qc[settling:], np.round(q / TICK)[settling:] * TICK)
 
 
 # Writers

@@ -26,6 +26,8 @@ ALLOWED = {
     "bindings/kr5/logs/clock_guess.py": LOGS,
     "bindings/kr5/logs/column_list.py": "lists of columns that users type",
     "bindings/kr5/logs/column_names.py": LOGS,
+    "bindings/kr5/logs/episodes.py": "numbers and ranges of episodes that users type",
+    "bindings/kr5/logs/hdf5_file.py": LOGS,
     "bindings/kr5/logs/importer.py": "name of a column of a recording, exchanged for that of the log",
     "bindings/kr5/logs/joint_columns.py": LOGS,
     "bindings/kr5/logs/kind_guess.py": LOGS,

@@ -229,10 +229,10 @@ def _stems(log: Log, joints: Sequence[str], number: int) -> dict[str, dict[str, 
             rest.append(column)
     spoken = _spoken_names(log)
     for column in rest:
-        if match := list(NUMBER.finditer(column)):
-            number = match[-1]
-            stem = column[: number.start()] + JOINT + column[number.end() :]
-            key = spoken.get(_group(column), {}).get(int(number[0]), number[0])
+        if matches := list(NUMBER.finditer(column)):
+            last = matches[-1]
+            stem = column[: last.start()] + JOINT + column[last.end() :]
+            key = spoken.get(_group(column), {}).get(int(last[0]), last[0])
             out.setdefault(stem, {}).setdefault(key, column)
         elif number == 1:
             out.setdefault(column, {"1": column})

@@ -23,6 +23,7 @@ class SourceOptions:
     overrides: list[str] = field(default_factory=list)
     trust: bool = False
     episodes: str = ""
+    check: str = ""
 
 
 @dataclass
@@ -97,6 +98,7 @@ def _log_options(inputs: dict[str, Any], model: Path | None) -> SourceOptions:
         list(inputs.get("set", [])),
         bool(inputs.get("trust")),
         str(inputs.get("episodes", "")),
+        str(inputs.get("check", "")),
     )
 
 
@@ -120,7 +122,7 @@ def _reading_inputs(options: SourceOptions) -> dict[str, Any]:
     """The options of reading that were given, for a result file."""
     out: dict[str, Any] = {"model": str(options.model.resolve()) if options.model else None}
     out |= {"base": options.base, "tip": options.tip, "every": options.every, "set": options.overrides}
-    out |= {"trust": options.trust, "episodes": options.episodes}
+    out |= {"trust": options.trust, "episodes": options.episodes, "check": options.check}
     return {key: value for key, value in out.items() if value}
 
 
@@ -132,6 +134,7 @@ def _option_words(options: SourceOptions) -> list[str]:
         ("--tip", options.tip),
         ("--every", options.every),
         ("--episodes", options.episodes),
+        ("--check", options.check),
         *(("--set", text) for text in options.overrides),
     ):
         words += [option, str(value)] if value else []
@@ -141,8 +144,8 @@ def _option_words(options: SourceOptions) -> list[str]:
 def _open_recording(folder: Path, options: SourceOptions) -> ComparedSource:
     from kr5 import arm_log
 
-    if options.every is not None or options.overrides or options.episodes:
-        raise kr5.FileError(folder, "is a recording; --every, --set and --episodes are for logs")
+    if options.every is not None or options.overrides or options.episodes or options.check:
+        raise kr5.FileError(folder, "is a recording; --every, --set, --episodes and --check are for logs")
     out = ComparedSource(kr5.cell.load_recording(folder), str(folder))
     out.inputs = {"recording": str(folder.resolve())}
     if options.model:
@@ -179,7 +182,7 @@ def _open_logs(paths: Sequence[Path], options: SourceOptions) -> ComparedSource:
     found = record_logs(
         paths,
         model.cell,
-        LogOptions(options.every, options.overrides, options.trust, options.episodes),
+        LogOptions(options.every, options.overrides, options.trust, options.episodes, options.check),
         described,
     )
     require_plausible(found, options.trust)

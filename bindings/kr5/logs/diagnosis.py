@@ -24,6 +24,7 @@ def read_logs(
     settings: Sequence[str] = (),
     trust: bool = False,
     episodes: str = "",
+    check: str = "",
 ) -> ComparedSource:
     """Logs of one robot as a recording, columns found by their names and numbers.
 
@@ -31,7 +32,8 @@ def read_logs(
     model between which the arm is. every: interval of rows without a clock [s]. columns: their
     names in order, where a log has none or others, such as "t,q{1-6},tau{1-6}". settings: entries of the map or the
     cell, such as "columns.tau.unit=N mm". trust: also numbers that are implausible.
-    episodes: those of a data set, such as "3,7-12".
+    episodes: those of a data set, such as "3,7-12". check: of several logs or episodes, those that are kept to judge,
+    by name or number; without, the last ones.
 
     The result has `recording` (kr5.cell.Recording), `notes` (how the columns were read) and `best_arm` (what the best
     rigid arm with friction is off in each column: kr5.arm_log.BestArmErrors).
@@ -41,7 +43,7 @@ def read_logs(
     """
     paths = [logs] if isinstance(logs, (str, os.PathLike)) else list(logs)
     entries = [*([header_entry(columns)] if columns else []), *settings]
-    options = SourceOptions(Path(model), base, tip, every, entries, trust, episodes)
+    options = SourceOptions(Path(model), base, tip, every, entries, trust, episodes, check)
     return open_source([Path(path) for path in paths], options)
 
 

@@ -62,6 +62,27 @@ def log_sources(files: Sequence[Path], episodes: str = "") -> tuple[list[LogSour
     return out, notes
 
 
+def kept_to_check(sources: Sequence[LogSource], text: str) -> list[bool]:
+    """Which logs or episodes a text names as those to judge by: names of files, numbers of episodes, such as
+    `7-9` or `step.csv,ramp.csv`."""
+    if not text:
+        return [False] * len(sources)
+    words = [word.strip() for word in text.split(",") if word.strip()]
+    out = [any(_names(word, source) for word in words) for source in sources]
+    unknown = [word for word in words if not any(_names(word, source) for source in sources)]
+    if unknown or all(out):
+        shown = ", ".join(source.name for source in sources[:12])
+        what = f"found {unknown[0]!r}, which is none of the logs" if unknown else "found every log, expected one to fit"
+        raise kr5.InvalidArgument(f"--check: {what}: {shown}; name files, or numbers of episodes, such as 7-9")
+    return out
+
+
+def _names(word: str, source: LogSource) -> bool:
+    if source.episode is not None and PART.fullmatch(word):
+        return source.episode in parse_episodes(word)
+    return word.rstrip("/") in (source.file.name, source.file.stem, str(source.file))
+
+
 def _chosen(file: Path, known: list[int], wanted: list[int]) -> list[int]:
     if absent := [number for number in wanted if number not in known]:
         raise kr5.FileError(

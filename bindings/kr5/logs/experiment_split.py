@@ -8,7 +8,7 @@ import numpy as np
 
 from kr5 import arm_log
 
-FIT_SHARE = 0.7  # of the rows of what does not move
+FIT_SHARE = 0.7  # of the rows of what does not move, of a log that is cut by its time
 
 
 @dataclass
@@ -25,6 +25,7 @@ class RawPart:
     commanded: bool = False
     settle: float = 0.0  # [s]
     max_gap: float | None = None  # [s] between rows, where the user states it
+    kept_to_check: bool = False  # as the user states it
 
 
 Entry = tuple[int, dict[str, Any]]  # number of a part, experiment of a map
@@ -43,7 +44,7 @@ def split_parts(parts: list[RawPart], reasons: list[list[str]]) -> list[Entry]:
 
 def _split_motions(own: list[int], parts: list[RawPart], reasons: list[list[str]]) -> list[Entry]:
     spans = arm_log.split_motions([_motion_of(parts[k]) for k in own])
-    _tell_cut(spans, [parts[k].name for k in own], reasons)
+    _tell_cut(spans, [parts[k].name for k in own], any(parts[k].kept_to_check for k in own), reasons)
     out: list[Entry] = []
     for span in spans:
         entry: dict[str, Any] = {}
@@ -72,6 +73,7 @@ def _motion_of(part: RawPart) -> arm_log.LoggedMotion:
         out.q = part.q
     if part.commands is not None:
         out.command = part.commands
+    out.kept_to_check = part.kept_to_check
     if part.max_gap is not None:
         out.max_gap = part.max_gap
     return out
@@ -84,14 +86,14 @@ CUTS = {
 }
 
 
-def _tell_cut(spans: list[arm_log.MotionSpan], names: list[str], reasons: list[list[str]]) -> None:
+def _tell_cut(spans: list[arm_log.MotionSpan], names: list[str], stated: bool, reasons: list[list[str]]) -> None:
     fitted = [span for span in spans if str(span.split) == "fit"]
     checked = [span for span in spans if str(span.split) == "check"]
     if str(spans[0].cut) == "uncut":
-        fit, check = (
-            named if (named := _named([names[s.log] for s in part])) else str(len(part)) for part in (fitted, checked)
-        )
-        reasons.append(["split of motion", f"{fit} to fit, {check} to check", "the last ones are to check"])
+        several = len(set(names)) > 1
+        fit, check = (_named([names[s.log] for s in p]) if several else str(len(p)) for p in (fitted, checked))
+        why = "as stated" if stated else "the last ones are to check"
+        reasons.append(["split of motion", f"{fit} to fit, {check} to check", why])
     else:
         cut = max(span.end for span in fitted)
         reasons.append(["split of motion", f"up to {cut:g} s to fit, the rest to check", CUTS[str(spans[0].cut)]])

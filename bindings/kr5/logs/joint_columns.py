@@ -54,8 +54,8 @@ def joint_entry(
         entry["missing"] = "drop" if family.name in ("q", "qc") and not never_complete(values) else "interpolate"
     entry |= {key: value for key, value in given.items() if key != "from"}
     how = "as stated" if "from" in given else "by the names of the joints" if family.named else "counted"
-    shown = "/".join(dict.fromkeys(map(str, unit))) if isinstance(unit, list) else unit
-    return entry, f"{range_text(family.columns)} [{shown}]", how if how == why else f"{how}; {why}"
+    units = "/".join(dict.fromkeys(map(str, unit))) if isinstance(unit, list) else unit
+    return entry, f"{range_text(family.columns)} [{units}]", how if how == why else f"{how}; {why}"
 
 
 def range_text(columns: list[str]) -> str:

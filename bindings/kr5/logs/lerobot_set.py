@@ -4,6 +4,8 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 import kr5
 from kr5.files.documents import read_text
 from kr5.logs.log import Log
@@ -46,7 +48,7 @@ def read_lerobot(path: Path, episode: int) -> Log:
     elif fps := info.get("fps"):
         frames = log.columns.get("frame_index")
         rows = len(next(iter(log.columns.values())))
-        log.add("timestamp", (range(rows) if frames is None else frames - frames[0]) / float(fps), "")
+        log.add("timestamp", (np.arange(rows) if frames is None else frames - frames[0]) / float(fps), "")
         log.clocks[""] = "timestamp"
     return log
 

@@ -12,6 +12,7 @@ import kr5.cell
 from kr5 import arm_log
 from kr5.arm_log import LogProblemKind, LogRemedy
 from kr5.logs.entry_words import EntryWords
+from kr5.logs.experiment_split import FIT_SHARE
 from kr5.logs.joint_columns import range_text
 from kr5.logs.map_file import Source, Tool, column_family
 from kr5.logs.values import column_unit, of_motors
@@ -134,11 +135,7 @@ def _entries(
     if remedy == LogRemedy.ScaleCommands:
         return _scaling_entries(cell, problem, key, words, sources)
     if remedy == LogRemedy.CutLog:
-        end = float(f"{problem.found:.4g}")
-        cut = [("fit", {"to": float(f"{0.7 * end:.4g}")}), ("check", {"from": float(f"{0.7 * end:.4g}"), "to": end})]
-        return words.experiments(
-            [{"name": f"motion-{split}", "kind": "motion", "split": split} | s for split, s in cut]
-        )
+        return words.experiments(_cut_experiments(float(f"{problem.found:.4g}")))
     if remedy == LogRemedy.Rearrange:
         wanted = {"from": "[...]"}
         return ", ".join(words.put(f"columns.{family}", **wanted) for family in columns)
@@ -147,6 +144,15 @@ def _entries(
     if problem.kind == LogProblemKind.FactorOfJoint:
         return words.put(key, scale="[...]")
     return key if problem.kind in (LogProblemKind.BeyondLimits, LogProblemKind.UnknownFactor) else ""
+
+
+def _cut_experiments(end: float) -> list[dict[str, object]]:
+    """A log up to a time [s], simulated from its beginning: whether the arm rests in between is not known."""
+    cut = float(f"{FIT_SHARE * end:.4g}")
+    return [
+        {"name": "motion-1", "kind": "motion", "to": cut, "split": "fit"},
+        {"name": "motion-2", "kind": "motion", "to": end, "split": "check", "lead_in": cut},
+    ]
 
 
 def _scaling_entries(

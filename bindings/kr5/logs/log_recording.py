@@ -26,6 +26,7 @@ class LogOptions:
     overrides: list[str] = field(default_factory=list)  # KEY=VALUE of the map, or of the cell after "cell."
     trust: bool = False  # also numbers that are implausible
     episodes: str = ""  # of data sets, such as 3,7-12
+    check: str = ""  # of several logs or episodes, those that are kept to judge
 
 
 @dataclass
@@ -105,7 +106,7 @@ def _best_arm_text(note: arm_log.LogNote, cell: kr5.cell.Cell, columns: Mapping[
 
 def _given(options: LogOptions, of_map: list[Override]) -> GivenEntries:
     out = given_entries(of_map)
-    out.episodes = options.episodes
+    out.episodes, out.check = options.episodes, options.check
     if options.every is not None:
         out.clock.setdefault("every", options.every)
         out.clock.pop("column", None)

@@ -15,7 +15,7 @@ import kr5.cell
 from kr5 import arm_log
 from kr5.logs.clock_guess import GuessedClock, guess_clock, require_clock
 from kr5.logs.column_names import Family, FoundFamilies, is_quantity, spoken_joints
-from kr5.logs.episodes import LogSource, log_sources
+from kr5.logs.episodes import LogSource, kept_to_check, log_sources
 from kr5.logs.experiment_split import RawPart, split_parts
 from kr5.logs.joint_columns import FARTHEST, joint_entry, joint_values, range_text
 from kr5.logs.joint_streams import in_time, values_at
@@ -83,6 +83,8 @@ def guess_map(
             of_parts.append(source)
     if not parts:
         raise kr5.InvalidArgument("no log: expected at least one")
+    for (raw, _, _), kept in zip(parts, kept_to_check(of_parts, given.check)):
+        raw.kept_to_check = kept
     entries = split_parts([raw for raw, _, _ in parts], out.reasons)
     episodes = [{} if s.episode is None else {"episode": s.episode} for s in of_parts]
     if len(parts) == 1:

@@ -88,7 +88,7 @@ def _number_of_joints(log: Log) -> int:
         len(columns) - sum(bool(GRIPPER.search(log.labels.get(c, "").lower())) for c in columns)
         for columns in log.arrays.values()
     }
-    found = {n: find_families(log, [], n) for n in sorted({*sizes, *range(1, MOST_JOINTS)}, reverse=True) if n > 0}
+    found = {n: find_families(log, [], n) for n in sorted(sizes or range(1, MOST_JOINTS), reverse=True) if n > 0}
     both = [n for n, families in found.items() if {"q", "qc"} <= families.families.keys() and _is_plain(families)]
     some = [n for n, families in found.items() if "q" in families.families and _is_plain(families)]
     if not (both or some):

@@ -21,6 +21,7 @@ class GivenEntries:
     header: list[str] | None = None  # names of the columns of a text file without them
     words: EntryWords = IN_MAP  # by which errors say how to state more of them
     episodes: str = ""  # of data sets, such as 3,7-12; without, some of them
+    check: str = ""  # of several logs or episodes, those that are kept to judge
 
 
 def parse_overrides(texts: list[str]) -> tuple[list[Override], list[Override]]:

@@ -70,8 +70,8 @@ def fill_log(log: Log, files: list[Path], episode: int | None, labels: dict[str,
         raise kr5.FileError(files[0], "has no row" + (f" of episode {episode}" if episode is not None else ""))
     if seen > room or (episode is None and room < rows):
         log.notes.append(cut_note(log.file.name, room, rows))
-    for name, values in parts.items():
-        log.add_vector(name, np.concatenate(values), "", (labels or {}).get(name, ()))
+    for name, found in parts.items():
+        log.add_vector(name, np.concatenate(found), "", (labels or {}).get(name, ()))
 
 
 def _batches(file: Path, parquet: Any, names: list[str], episode: int | None) -> Iterator[dict[str, np.ndarray]]:

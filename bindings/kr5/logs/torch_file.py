@@ -113,9 +113,10 @@ def _rebuilt(storage: object, offset: int, size: tuple[int, ...], stride: tuple[
     if not isinstance(storage, np.ndarray) or len(size) != len(stride) or min((offset, *size, *stride), default=0) < 0:
         raise ValueError("a tensor has no storage of numbers, or no such shape")
     last = offset + sum((n - 1) * step for n, step in zip(size, stride))
-    if math.prod(size) > MAX_NUMBERS or (math.prod(size) and last >= len(storage)):
+    count = math.prod(size)
+    if count > MAX_NUMBERS or (count > 0 and last >= len(storage)):
         raise ValueError("a tensor reaches beyond its storage")
-    if not math.prod(size):
+    if count == 0:
         return np.zeros(size)
     steps = [step * storage.itemsize for step in stride]
     return np.lib.stride_tricks.as_strided(storage[offset:], size, steps, writeable=False)

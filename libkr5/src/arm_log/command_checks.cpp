@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <optional>
 
@@ -23,11 +24,11 @@ constexpr Index most_shift = 3;          // rows, by which a logger may store th
 constexpr double equal_share = 1e-6;     // of the range of a joint: what is no more is equal
 constexpr double commanded = 0.1;        // range from which a command moves a joint [rad or m]
 constexpr double standing = 0.03;        // of the range of its command, within which a joint does not move
+constexpr double still = 0.01;           // range of a joint that does not move [rad or m]
 constexpr double longest_lag = 0.6;      // of a position behind its command [s]
 constexpr double window = 0.2;           // over which changes of the position are compared with speeds [s]
 constexpr double surely_alike = 0.97;    // correlation of what is the same but for unit and zero
-constexpr double much_alike = 0.8;       // of what has to do with another
-constexpr double better = 0.2;           // by which one correlation must exceed another
+constexpr double clearly_less = 0.5;     // of the variance that another explanation leaves
 constexpr double hardly_alike = 0.5;     // below which one has nothing to do with another
 constexpr double most_gain = 1.5;        // of a servo over its command
 constexpr double least_gain = 0.1;       // of a weak servo that gravity holds
@@ -84,8 +85,8 @@ std::optional<Motion> commanded_motion(const cell::Cell& cell, const cell::Exper
   const bool both = has_column(experiment, "qc1") && has_column(experiment, "q1");
   if (experiment.kind != cell::Kind::Motion || !both || experiment.data.values.rows() < fewest_command_rows) return {};
   const int n = cell.robot.joints();
-  Motion out{
-      experiment.data.column("t"), joint_columns(experiment, "q", n), joint_columns(experiment, "qc", n), {}, {}};
+  const cell::Experiment whole = cell::with_lead_in(experiment);  // also what is simulated and not judged was measured
+  Motion out{whole.data.column("t"), joint_columns(whole, "q", n), joint_columns(whole, "qc", n), {}, {}};
   for (int k = 0; k < n; ++k) {
     if (span_of(out.qc.col(k)) < commanded) continue;
     out.moving.push_back(k);
@@ -120,24 +121,30 @@ std::optional<LogProblem> equal_commands(const Motion& motion) {
   return std::nullopt;
 }
 
-/// Correlation of the changes of a joint with its commands, taken as speeds.
+/// Correlation of the speed of a joint with its commands, both over a window, best lag as of a position.
 double likeness_to_speed(const Motion& motion, int joint) {
-  const Index w = motion.rows_in(window), n = motion.q.rows() / w;
-  VectorXd change(n - 1), command(n - 1);
-  for (Index i = 0; i + 1 < n; ++i) {
-    change[i] = motion.q((i + 1) * w, joint) - motion.q(i * w, joint);
-    command[i] = motion.qc.col(joint).segment(i * w, w).mean();
+  const Index w = motion.rows_in(window), n = motion.q.rows() - w;
+  VectorXd change(n), command(n);
+  for (Index i = 0; i < n; ++i) {
+    change[i] = motion.q(i + w, joint) - motion.q(i, joint);
+    command[i] = motion.qc.col(joint).segment(i, w).mean();
   }
-  return best_following(change, command, std::min<Index>(2, n / 4)).correlation;
+  return best_following(change, command, motion.rows_in(longest_lag)).correlation;
 }
 
+double unexplained(double correlation) { return 1 - correlation * correlation; }
+
+/// Commands that explain the speeds of the joints better than their positions. A weak servo leaves a part of both
+/// unexplained, so that neither correlation tells by itself.
 std::optional<LogProblem> speed_commands(const Motion& motion) {
-  double least = 1.0;
+  double of_speeds = 0.0, of_positions = 0.0, least = 1.0;
   for (std::size_t m = 0; m < motion.moving.size(); ++m) {
     const double found = std::abs(likeness_to_speed(motion, motion.moving[m]));
-    if (found < much_alike || found < std::abs(motion.followings[m].correlation) + better) return std::nullopt;
+    of_speeds += unexplained(found);
+    of_positions += unexplained(motion.followings[m].correlation);
     least = std::min(least, found);
   }
+  if (of_speeds > clearly_less * of_positions) return std::nullopt;
   LogProblem out = of_commands(LogProblemKind::CommandsAreSpeeds, LogRemedy::UseMeasured, motion);
   out.found = least;
   return out;
@@ -181,28 +188,29 @@ std::optional<LogProblem> unlike_commands(const Motion& motion) {
 }
 
 /// When a joint that followed its command well stopped doing so, up to the end [s]; nothing where it did not.
-std::optional<double> motor_off(const Motion& motion, int joint, const Following& f) {
-  const Index n = motion.q.rows() - f.lag, least = motion.rows_in(shortest_loss);
-  const VectorXd off = (motion.q.col(joint).tail(n) - motion.qc.col(joint).head(n)).cwiseAbs();
+std::optional<double> motor_off(const Motion& motion, int joint) {
+  const Index n = motion.q.rows(), least = motion.rows_in(shortest_loss);
+  const VectorXd off = (motion.q.col(joint) - motion.qc.col(joint)).cwiseAbs();
   Index first = n;
   while (first > 0 && off[first - 1] > lost) --first;
   if (n - first < least || first < fewest_command_rows) return std::nullopt;
-  const VectorXd q = motion.q.col(joint).segment(f.lag, first), qc = motion.qc.col(joint).head(first);
+  const VectorXd q = motion.q.col(joint).head(first), qc = motion.qc.col(joint).head(first);
   std::vector<double> usual(off.data(), off.data() + first);
-  const bool followed = span_of(qc) > commanded && likeness(q, qc) > surely_alike &&
-                        off.tail(n - first).minCoeff() > lost_over_usual * midpoint_median(std::move(usual));
-  return followed ? std::optional(motion.t[f.lag + first]) : std::nullopt;
+  const bool followed =
+      span_of(qc) > commanded &&
+      best_following(q, qc, std::min(motion.rows_in(longest_lag), first / 4)).correlation > surely_alike &&
+      off.tail(n - first).minCoeff() > lost_over_usual * midpoint_median(std::move(usual));
+  return followed ? std::optional(motion.t[first]) : std::nullopt;
 }
 
 void add_single_joints(const Motion& motion, std::vector<LogProblem>& out) {
-  for (std::size_t m = 0; m < motion.moving.size(); ++m) {
-    const int k = motion.moving[m];
+  for (const int k : motion.moving) {
     LogProblem problem{.columns = {"q" + std::to_string(k + 1)}, .joint = k, .expected = span_of(motion.qc.col(k))};
     problem.found = span_of(motion.q.col(k));
-    if (problem.found < standing * problem.expected) {
+    if (problem.found < std::min(standing * problem.expected, still)) {
       problem.kind = LogProblemKind::NeverMoves;
       out.push_back(problem);
-    } else if (const auto off = motor_off(motion, k, motion.followings[m])) {
+    } else if (const auto off = motor_off(motion, k)) {
       problem.kind = LogProblemKind::StopsFollowing;
       problem.remedy = LogRemedy::CutLog;
       problem.found = *off;

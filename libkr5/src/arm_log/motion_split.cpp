@@ -294,7 +294,12 @@ std::vector<MotionSpan> split_motions(const std::vector<LoggedMotion>& logs) {
     require_sizes(logs[k]);
     for (const Piece& piece : pieces_of(logs[k], static_cast<int>(k))) pieces.push_back(piece);
   }
-  if (pieces.size() == 1)
+  const auto kept = [](const LoggedMotion& log) { return log.kept_to_check; };
+  require(!std::all_of(logs.begin(), logs.end(), kept), "kept_to_check: found every log, expected one to fit");
+  if (std::any_of(logs.begin(), logs.end(), kept))
+    for (Piece& piece : pieces)
+      piece.span.split = kept(logs[static_cast<std::size_t>(piece.span.log)]) ? cell::Split::Check : cell::Split::Fit;
+  else if (pieces.size() == 1)
     pieces = halves(pieces.front(), logs.front());
   else
     split_whole(pieces);

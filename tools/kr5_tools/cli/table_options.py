@@ -25,6 +25,15 @@ EpisodesOption = Annotated[
         help="Recordings of a data set that has several (LeRobot, HDF5 of robomimic): 3,7-12; by default some of them.",
     ),
 ]
+CheckOption = Annotated[
+    str,
+    typer.Option(
+        "--check",
+        metavar="NAMES",
+        help="Of several logs or episodes, those kept to check the result: names of files, or numbers such as 7-9; by"
+        " default the last ones.",
+    ),
+]
 EpisodeOption = Annotated[
     str, typer.Option("--episodes", metavar="NUMBER", help="Recording of a data set that has several, such as 3.")
 ]

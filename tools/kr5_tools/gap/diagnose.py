@@ -18,7 +18,7 @@ from kr5.models.writing import WrittenModel
 
 from kr5_tools.cli import arguments, tables, terminal
 from kr5_tools.cli.options import options_from
-from kr5_tools.cli.table_options import ColumnsOption, EpisodesOption
+from kr5_tools.cli.table_options import CheckOption, ColumnsOption, EpisodesOption
 from kr5_tools.cli.terminal import Console
 from kr5_tools.gap.diagnosis_run import run_diagnosis
 from kr5_tools.gap.source import (
@@ -85,6 +85,7 @@ def diagnose(
     every: arguments.EveryOption = None,
     columns: ColumnsOption = None,
     episodes: EpisodesOption = "",
+    check: CheckOption = "",
     overrides: SetOption = None,
     trust: TrustOption = False,
     write_cell: WriteCell = None,
@@ -103,7 +104,7 @@ def diagnose(
     kept to check the result. Effects are fitted on the `fit` experiments and evaluated on the `check` experiments.
     """
     options.validate()
-    reading = SourceOptions(model, base, tip, every, overrides_of(overrides, columns), trust, episodes)
+    reading = SourceOptions(model, base, tip, every, overrides_of(overrides, columns), trust, episodes, check)
     outputs = DiagnoseOutputs(write_cell, write_model, write_recording, report, json_file, output)
     outputs.check(input_files(source, reading))
     to = terminal.console(json_file)

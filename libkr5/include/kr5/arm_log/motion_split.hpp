@@ -32,12 +32,13 @@ Eigen::VectorXd sure_initial_speeds(const Eigen::VectorXd& t, const Eigen::Matri
 
 /// A logged motion, as far as its split depends on it.
 struct LoggedMotion {
-  Eigen::VectorXd t;        ///< Rising [s].
-  Eigen::MatrixXd q;        ///< Measured, or commands where nothing was measured [rad or m].
-  Eigen::MatrixXd command;  ///< Beside what was measured; may be empty [rad or m].
-  bool commanded = false;   ///< Whether the commands are simulated, so that a motion must begin at rest.
-  double settle = 0.0;      ///< After which a servo has forgotten how it began [s].
-  double max_gap = 0.0;     ///< Step above which a part ends; 0: five median steps, 10 ms at least [s].
+  Eigen::VectorXd t;           ///< Rising [s].
+  Eigen::MatrixXd q;           ///< Measured, or commands where nothing was measured [rad or m].
+  Eigen::MatrixXd command;     ///< Beside what was measured; may be empty [rad or m].
+  bool commanded = false;      ///< Whether the commands are simulated, so that a motion must begin at rest.
+  double settle = 0.0;         ///< After which a servo has forgotten how it began [s].
+  double max_gap = 0.0;        ///< Step above which a part ends; 0: five median steps, 10 ms at least [s].
+  bool kept_to_check = false;  ///< Whether it is one to judge by; all others are fitted then.
 
   static void each_field(auto& self, auto&& visit) {
     visit("t", self.t, "Times, in ascending order [s].");
@@ -46,6 +47,7 @@ struct LoggedMotion {
     visit("commanded", self.commanded, "Whether the commands are simulated, so that a motion must begin at rest.");
     visit("settle", self.settle, "Time after which a servo has forgotten how it began [s].");
     visit("max_gap", self.max_gap, "Step above which a part ends; 0: five median steps, 10 ms at least [s].");
+    visit("kept_to_check", self.kept_to_check, "Whether it is one to judge by; all others are fitted then.");
   }
 };
 
@@ -87,9 +89,10 @@ struct MotionSpan {
   }
 };
 
-/// The experiments of logged motions, 70 % of the motion to fit, in the order of the logs. Measured parts that are too
+/// The experiments of logged motions, 70 % of the motion to fit, in the order of the logs, unless some are kept to
+/// check. Measured parts that are too
 /// long to be simulated at the rate that their motion needs (measured_positions.hpp) become stretches of it.
-/// @throws InvalidArgument for sizes that differ, or no log.
+/// @throws InvalidArgument for sizes that differ, no log, or none to fit.
 std::vector<MotionSpan> split_motions(const std::vector<LoggedMotion>& logs);
 
 }  // namespace kr5::arm_log

@@ -1,0 +1,179 @@
+"""Mistakes in logs of commands and positions: each is said in words, with what to type, and no cause is named."""
+
+import re
+import shlex
+
+import kr5
+import numpy as np
+import pytest
+from kr5.logs import read_logs, read_motion_log
+
+import servo_log_files as files
+from arm_logs import QUICK, refused
+
+DEGREE = np.pi / 180
+
+
+@pytest.fixture(scope="module")
+def motion():
+    return files.moved(seed=11)
+
+
+@pytest.fixture
+def model(tmp_path):
+    return files.file_of(tmp_path, files.servo_arm())
+
+
+def log_of(tmp_path, t, **families):
+    """A CSV with columns cmd1 ... and pos1 ..., or others by their names."""
+    columns = {"t": t} | {f"{stem}{k + 1}": v for stem, values in families.items() for k, v in enumerate(values.T)}
+    file = tmp_path / "log.csv"
+    np.savetxt(file, np.column_stack(list(columns.values())), delimiter=",", header=",".join(columns), comments="")
+    return file
+
+
+def remedy_of(error):
+    """The option that the text of an error names, as it is typed."""
+    match = re.search(r"--set ('[^']*'|\S+)(?: --set ('[^']*'|\S+))?", str(error))
+    assert match, error
+    return [shlex.split(word)[0].rstrip(",") for word in match.groups() if word]
+
+
+def problem(log, model, **options):
+    with pytest.raises((kr5.Error, kr5.Errors)) as error:
+        read_logs(log, model, **options)
+    return error.value
+
+
+def positions(recording):
+    return np.vstack([np.column_stack([e[f"q{k + 1}"] for k in range(3)]) for e in recording.experiments])
+
+
+def test_a_log_without_commands_and_efforts_is_refused(diagnose, motion, model, tmp_path):
+    log = log_of(tmp_path, motion.t, pos=motion.q)
+    refused(diagnose, log, "--model", model, *QUICK, text=("found no efforts or currents", "columns.tau.from"))
+
+
+def test_commands_that_are_the_measurements_are_a_passive_log(diagnose, motion, model, tmp_path):
+    for shift in (0, 1):
+        qc = np.vstack([motion.q[shift:], motion.q[:shift]])[: len(motion.t) - shift]
+        log = log_of(tmp_path, motion.t[: len(qc)], cmd=qc, pos=motion.q[: len(qc)])
+        refused(
+            diagnose,
+            log,
+            *("--model", model, *QUICK),
+            text=("found the ", "the log is of an arm that was led", "--set columns.qc.from=measured"),
+        )
+
+
+def test_commands_that_are_speeds_are_told(diagnose, motion, model, tmp_path):
+    log = log_of(tmp_path, motion.t, cmd=np.gradient(motion.qc, motion.t, axis=0), pos=motion.q)
+    refused(diagnose, log, "--model", model, *QUICK, text=("are they speeds", "--set columns.qc.from=measured"))
+
+
+def test_poses_of_the_tool_as_actions_are_told(diagnose, motion, model, tmp_path):
+    tool = np.column_stack([0.1 * np.cos(3 * motion.t), 0.1 * np.sin(2 * motion.t), 0.2 + 0.1 * np.sin(5 * motion.t)])
+    log = log_of(tmp_path, motion.t, action=tool, pos=motion.q)
+    refused(diagnose, log, "--model", model, *QUICK, text=("do not follow", "are they poses of the tool"))
+
+
+def test_normalised_actions_are_told_with_what_brings_them_to_radians(motion, model, tmp_path):
+    scale, middle = np.array([2.2, 2.0, 2.4]), 0.3
+    log = log_of(tmp_path, motion.t, action=(motion.qc - middle) / scale, pos=motion.q)
+    error = problem(log, model)
+    assert "in the unit of the positions" in str(error)
+    found = read_logs(log, model, settings=remedy_of(error))
+    off = [e[f"qc{k + 1}"] - e[f"q{k + 1}"] for e in found.recording.experiments for k in range(3)]
+    assert max(np.abs(x).mean() for x in off) < 0.25
+
+
+def test_a_joint_that_never_moves_is_named(diagnose, motion, model, tmp_path):
+    q = motion.q.copy()
+    q[:, 1] = q[0, 1]
+    log = log_of(tmp_path, motion.t, cmd=motion.qc, pos=q)
+    refused(diagnose, log, "--model", model, *QUICK, text=("q2 (shoulder_lift)", "was its motor on"))
+
+
+def test_a_motor_switched_off_midway_is_named_with_a_cut_that_is_read(motion, model, tmp_path):
+    stiff = files.servo_arm()
+    servo = stiff.servo
+    servo.torque = [type(s)(stiffness=200.0, damping=5.0) for s in servo.torque]
+    stiff.servo = servo
+    m = files.moved(seed=12, cell=stiff)
+    off = 800
+    q, qc = m.q.copy(), m.qc.copy()
+    qc[off:, 1] = 0.9
+    q[off:, 1] = q[off, 1] - 1.2 * (1 - np.exp(-10 * (m.t[off:] - m.t[off])))
+    log = log_of(tmp_path, m.t, cmd=qc, pos=q)
+    error = problem(log, model)
+    assert "with its motor switched off" in str(error)
+    found = read_logs(log, model, settings=remedy_of(error))
+    assert max(float(e["t"][-1]) for e in found.recording.experiments) < m.t[off] + 0.5
+
+
+def test_times_that_count_rows_are_asked_for(diagnose, motion, model, tmp_path):
+    log = log_of(tmp_path, np.arange(len(motion.t)), cmd=motion.qc, pos=motion.q)
+    refused(diagnose, log, "--model", model, *QUICK, text=("t counts rows", "--every SECONDS"))
+    assert read_logs(log, model, every=0.02).recording.experiments
+
+
+@pytest.mark.parametrize("unit", [1e3, 1e6, 1e9])
+def test_times_in_fractions_of_seconds_are_recognised(unit, motion, model, tmp_path):
+    found = read_logs(log_of(tmp_path, np.round(unit * motion.t), cmd=motion.qc, pos=motion.q), model)
+    assert max(float(e["t"][-1]) for e in found.recording.experiments) == pytest.approx(motion.t[-1], abs=0.02)
+
+
+def test_counts_of_an_encoder_are_recognised(motion, model, tmp_path):
+    counts = np.round(2048 + motion.qc / files.TICK), np.round(2048 + motion.q / files.TICK)
+    found = read_logs(log_of(tmp_path, motion.t, cmd=counts[0], pos=counts[1]), model)
+    q = positions(found.recording)
+    assert np.abs(q - motion.q[: len(q)]).max() < 1e-9
+
+
+def test_degrees_are_recognised_also_of_small_commands(motion, model, tmp_path):
+    small = files.Motion(motion.t, 0.15 * motion.qc / DEGREE, motion.q / DEGREE)
+    found = read_motion_log(log_of(tmp_path, motion.t, cmd=small.qc, pos=small.q), files.servo_arm())
+    assert found.units == {"positions": "deg", "commands": "deg"}
+    assert np.abs(found.commands - 0.15 * motion.qc).max() < 1e-9
+
+
+def test_per_cent_of_the_range_is_recognised_where_it_rests_at_its_end(motion, model, tmp_path):
+    high = np.array([2.2, 2.0, 2.4])
+    held = np.clip(100 * 3.4 * motion.q / high, -100, 100), np.clip(100 * 3.4 * motion.qc / high, -100, 100)
+    found = read_motion_log(log_of(tmp_path, motion.t, cmd=held[1], pos=held[0]), files.servo_arm())
+    assert found.units["positions"] == "signed_percent"
+    assert np.abs(found.positions - held[0] / 100 * high).max() < 1e-9
+
+
+def test_of_lerobot_degrees_or_per_cent_are_asked_for(motion, model, tmp_path):
+    pytest.importorskip("pyarrow", reason="pip install 'kr5[parquet]'")
+    high = np.array([2.2, 2.0, 2.4])
+    percent = files.Motion(motion.t, 100 * motion.qc / high, 100 * motion.q / high)
+    log = files.lerobot_3(tmp_path / "set", [percent], suffix=".pos")
+    error = problem(log, model)
+    assert "may be degrees, or per cent of the range" in str(error)
+    assert "--set columns.qc.unit=deg" in str(error) and "--set columns.qc.unit=signed_percent" in str(error)
+    units = [f"columns.{family}.unit=signed_percent" for family in ("q", "qc")]
+    found = read_logs(log, model, settings=units)
+    q = positions(found.recording)
+    assert np.abs(q - motion.q[: len(q)]).max() < 1e-5
+
+
+# The motion of any log
+
+
+def test_the_motion_of_a_log_is_read_with_its_arm_and_without(motion, tmp_path):
+    pytest.importorskip("h5py", reason="pip install 'kr5[hdf5]'")
+    log = files.droid(tmp_path, [motion])
+    for cell in (files.servo_arm(), None):
+        found = read_motion_log(log, cell)
+        assert np.abs(found.positions - motion.q).max() < 1e-12 and np.abs(found.commands - motion.qc).max() < 1e-12
+        assert np.abs(found.times - motion.t).max() < 1e-3
+        assert found.names == (files.NAMES if cell else ["joint1", "joint2", "joint3"])
+        assert found.columns["commands"] == [f"action/joint_position[{k}]" for k in range(3)]
+
+
+def test_without_an_arm_a_gripper_is_left_out_by_its_name(motion, tmp_path):
+    found = read_motion_log(files.sage(tmp_path, [motion]))
+    assert found.names == files.NAMES and found.positions.shape == motion.q.shape
+    assert any("gripper" in note for note in found.notes)
