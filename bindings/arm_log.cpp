@@ -7,6 +7,7 @@
 #include <kr5/arm_log/model_parts.hpp>
 #include <kr5/arm_log/motion_split.hpp>
 #include <kr5/arm_log/read_log.hpp>
+#include <kr5/arm_log/servo_fit.hpp>
 #include <kr5/arm_log/time_unit.hpp>
 #include <kr5/arm_log/torque_constants.hpp>
 #include <kr5/arm_log/two_publishers.hpp>
@@ -24,6 +25,7 @@ using kr5::gap::DiagnoseOptions;
 using kr5::python::bind_enum;
 using kr5::python::bind_struct;
 using kr5::python::compute_interruptibly;
+using kr5::python::fraction_of;
 using kr5::python::recording_from;
 using kr5::python::RecordingSource;
 using kr5::python::shared_progress;
@@ -185,6 +187,25 @@ void bind_best_arm(py::module_& m) {
         "Options of a diagnosis for the log of a real arm; what differs from the defaults stays.");
 }
 
+void bind_servo_fit(py::module_& m) {
+  m.def("servo_effects", &servo_effects, "Ids of the effects that identify_servos fits.");
+  m.def("moves_by_torque_servos", &moves_by_torque_servos, py::arg("recording"),
+        "Whether the motions of a recording are commands to torque servos with measured positions beside them.");
+  m.def(
+      "identify_servos",
+      [](const RecordingSource& recording, int threads, const py::object& progress) {
+        const ServoFitOptions options{
+            .trust = false, .threads = threads, .progress = fraction_of(shared_progress(progress))};
+        const auto source = recording_from(recording);
+        return compute_interruptibly(simulator_from(py::none()),
+                                     [&](const kr5::cell::Simulator&) { return identify_servos(*source, options); });
+      },
+      py::arg("recording"), py::arg("threads") = 0, py::arg("progress") = py::none(),
+      "Servos, dry friction and inertias of all joints by forward simulation of the commands of a recording: "
+      "kr5.gap.JointFit. Values of its cell are no more than where a search begins. progress: as of kr5.gap.diagnose. "
+      "Raises InvalidArgument unless the recording moves by torque servos, which its cell states.");
+}
+
 void bind_diagnosis(py::module_& m) {
   py::class_<LogDiagnosis>(m, "LogDiagnosis", "Diagnosis of a log, and what it was made of.")
       .def_readonly("diagnosis", &LogDiagnosis::diagnosis, "Diagnosis of the disagreement of model and arm.")
@@ -256,5 +277,6 @@ void bind_arm_log(py::module_& m) {
   bind_checks(m);
   bind_model(m);
   bind_best_arm(m);
+  bind_servo_fit(m);
   bind_diagnosis(m);
 }

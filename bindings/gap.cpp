@@ -6,6 +6,7 @@
 #include <kr5/gap/cause_evidence.hpp>
 #include <kr5/gap/diagnose.hpp>
 #include <kr5/gap/effect_fit.hpp>
+#include <kr5/gap/joint_fit.hpp>
 #include <kr5/gap/measure.hpp>
 #include <kr5/gap/notes.hpp>
 #include <kr5/gap/plan.hpp>
@@ -25,6 +26,7 @@ using kr5::python::bind_enum;
 using kr5::python::bind_struct;
 using kr5::python::call_python;
 using kr5::python::compute_interruptibly;
+using kr5::python::fraction_of;
 using kr5::python::put_back_columns;
 using kr5::python::recording_from;
 using kr5::python::RecordingSource;
@@ -268,6 +270,31 @@ void bind_diagnosis(py::module_& m) {
       "Raises\n------\nkr5.IoError\n    No recording stands in the folder, or it has errors in form.");
 }
 
+void bind_joint_fit(py::module_& m) {
+  bind_struct<JointFitOptions>(m, "JointFitOptions", "Options of fit_joint_effects.");
+  bind_struct<FittedEffect>(m, "FittedEffect", "Effect on a target, fitted beside all others.");
+  bind_struct<ColumnFit>(m, "ColumnFit", "How far the predictions of a column are off, in its unit.");
+  bind_struct<JointFit>(m, "JointFit", "Effects of all joints, fitted together.")
+      .def_property_readonly(
+          "cell", [](const JointFit& f) { return f.cell; }, "Cell of the recording with the effects (a copy).");
+  m.def(
+      "fit_joint_effects",
+      [](const RecordingSource& recording, const py::object& simulator, JointFitOptions options,
+         const py::object& progress) {
+        options.progress = fraction_of(shared_progress(progress));
+        const auto source = recording_from(recording);
+        return compute_interruptibly(simulator_from(simulator), [&](const kr5::cell::Simulator& s) {
+          return fit_joint_effects(*source, s, options);
+        });
+      },
+      py::arg("recording"), py::arg("simulator") = py::none(), py::arg("options") = JointFitOptions{},
+      py::arg("progress") = py::none(),
+      "Effects of the catalogue fitted to all joints together, however far off their values in the cell are. No effect "
+      "is weighed against another; diagnose does that. options.effects: ids of effects with one number a joint. "
+      "recording, simulator, progress: as of diagnose. Raises "
+      "InvalidArgument for an effect that is not in the catalogue or has several parameters.");
+}
+
 void bind_trials(py::module_& m) {
   bind_struct<NoiseOverride>(m, "NoiseOverride", "Noise that differs from what the cell of a recording declares.");
   bind_struct<ResidualColumn>(m, "ResidualColumn", "Residuals of one column of one experiment, row by row.");
@@ -432,6 +459,7 @@ void bind_gap(py::module_& m) {
   bind_hypotheses(m);
   bind_typical_effect(m);
   bind_diagnosis(m);
+  bind_joint_fit(m);
   bind_trials(m);
   bind_plan(m);
   bind_struct<ColumnGap>(m, "ColumnGap", "Gap of one column of one experiment.");

@@ -155,7 +155,8 @@ static void bind_dynamics(py::module_& m) {
           },
           py::arg("q"), py::arg("qd"), py::arg("qdd"), py::arg("cut") = std::nullopt,
           py::call_guard<py::gil_scoped_release>(), "Torques (N x n) and wrench through the cut (N x 6) of every row.")
-      .def("mass_matrix", &Dynamics::mass_matrix, py::arg("q"), "M(q), n x n.")
+      .def("mass_matrix", py::overload_cast<const Eigen::VectorXd&>(&Dynamics::mass_matrix), py::arg("q"),
+           "M(q), n x n.")
       .def("mass_diagonal", &Dynamics::mass_diagonal, py::arg("q"), "Diagonal of M(q).");
 }
 

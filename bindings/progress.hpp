@@ -16,4 +16,10 @@ inline std::function<void(const std::string&, double)> shared_progress(const py:
   };
 }
 
+/// The same of a call with one stage.
+inline std::function<void(double)> fraction_of(const std::function<void(const std::string&, double)>& progress) {
+  if (!progress) return {};
+  return [progress](double fraction) { progress("fitting all joints", fraction); };
+}
+
 }  // namespace kr5::python

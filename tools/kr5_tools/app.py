@@ -54,6 +54,7 @@ COMMANDS: dict[str, Entry | dict[str, Entry]] = {
         "payload": ("identify.payload", "Load at the flange, from motions with it and without."),
         "study": ("identify.study", "Noise study of the identification of joint axes: devices, noises, arcs."),
         "servo": ("identify.servo", "Servo of the path correction or of joints, from a response."),
+        "servos": ("identify.servos", "Torque servos, friction and inertias of all joints, from commands."),
         "contact": ("identify.contact", "Stiffness of a contact, and the force loop on it."),
         "force-torque": ("identify.force_torque", "Force sensor and the tool below it."),
     },

@@ -30,6 +30,7 @@ FORMATS = {
     "kr5-excitation/1": "Exciting motion",
     "kr5-axes-study/1": "Noise study of joint axes",
     "kr5-servo/1": "Servo",
+    "kr5-servos/1": "Torque servos of an arm",
     "kr5-contact/1": "Contact",
     "kr5-force-torque/1": "Force/torque sensor",
     "kr5-timed-hand-eye/1": "Hand-eye calibration with clocks",

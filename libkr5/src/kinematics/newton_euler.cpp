@@ -177,9 +177,8 @@ MotionLoads Dynamics::loads(const Eigen::Ref<const Rows>& q, const Eigen::Ref<co
   return out;
 }
 
-void Dynamics::composite_bodies(const Eigen::VectorXd& q, Eigen::MatrixXd* whole, Eigen::VectorXd& diagonal) {
+void Dynamics::composite_bodies(const Eigen::VectorXd& q, Eigen::MatrixXd* whole, Eigen::VectorXd* diagonal) {
   require_joints(q.size(), joints(), "q");
-  diagonal.resize(joints());
   for (std::size_t i = 0; i < joints_.size(); ++i) set_joint(i, q[static_cast<Eigen::Index>(i)]);
   Moments rest;  // all that lies beyond joint i, about the origin and in the axes of frame i
   for (std::size_t i = joints_.size(); i-- > 0;) {
@@ -192,7 +191,7 @@ void Dynamics::composite_bodies(const Eigen::VectorXd& q, Eigen::MatrixXd* whole
     // The load of a unit acceleration of this joint, felt by those before it too.
     const Eigen::Vector3d f = joint.revolute ? joint.z.cross(rest.first) : Eigen::Vector3d(rest.mass * joint.z);
     const Eigen::Vector3d n = joint.revolute ? Eigen::Vector3d(rest.second * joint.z) : rest.first.cross(joint.z);
-    diagonal[static_cast<Eigen::Index>(i)] = joint.z.dot(joint.revolute ? n : f);
+    if (diagonal) (*diagonal)[static_cast<Eigen::Index>(i)] = joint.z.dot(joint.revolute ? n : f);
     if (whole) propagate_unit_load(i, f, n, *whole);
     rest.first = link.R * rest.first;
     rest.second = link.R * rest.second * link.R.transpose();
@@ -211,15 +210,19 @@ void Dynamics::propagate_unit_load(std::size_t i, Eigen::Vector3d f, Eigen::Vect
 }
 
 Eigen::MatrixXd Dynamics::mass_matrix(const Eigen::VectorXd& q) {
-  Eigen::MatrixXd M(joints(), joints());
-  Eigen::VectorXd diagonal;
-  composite_bodies(q, &M, diagonal);
+  Eigen::MatrixXd M;
+  mass_matrix(q, M);
   return M;
 }
 
+void Dynamics::mass_matrix(const Eigen::VectorXd& q, Eigen::MatrixXd& M) {
+  M.resize(joints(), joints());
+  composite_bodies(q, &M, nullptr);
+}
+
 Eigen::VectorXd Dynamics::mass_diagonal(const Eigen::VectorXd& q) {
-  Eigen::VectorXd diagonal;
-  composite_bodies(q, nullptr, diagonal);
+  Eigen::VectorXd diagonal(joints());
+  composite_bodies(q, nullptr, &diagonal);
   return diagonal;
 }
 

@@ -147,6 +147,8 @@ class DryFriction {
 /// How a servo acts in a step: torque = constant - stiffness x_mid - damping w.
 struct Action {
   double constant = 0.0, stiffness = 0.0, damping = 0.0;
+
+  bool operator==(const Action&) const = default;
 };
 
 class ServoArm {
@@ -163,8 +165,8 @@ class ServoArm {
             "effects: an elastic joint and play are not simulated behind torque servos (servo.torque); leave "
             "joint_elasticity and backlash out, or state joint servos (servo.joint)");
     for (Index i = 0; i < n; ++i) commands_.emplace_back(t, command.col(i), servos_[static_cast<std::size_t>(i)]);
-    v_ = a_ = w_ = integral_ = bias_ = torque_ = slope_ = VectorXd::Zero(n);
-    q_ = qd_ = qdd_ = level_ = b_ = viscous_ = VectorXd::Zero(n);
+    v_ = a_ = w_ = integral_ = bias_ = torque_ = slope_ = x_mid_ = v_mid_ = before_ = last_ = VectorXd::Zero(n);
+    q_ = qd_ = qdd_ = level_ = b_ = viscous_ = command_ = rate_ = VectorXd::Zero(n);
     actions_.resize(static_cast<std::size_t>(n));
     inertia(x_, v_);
     for (Index i = 0; i < n; ++i)
@@ -203,9 +205,8 @@ class ServoArm {
       q_[i] = link.q, qd_[i] = link.v, qdd_[i] = link.a;
       slope_[i] = gear.uniform() ? 1.0 : gear.slope(x[i]);
     }
-    M_ = dynamics_.mass_matrix(q_);
-    M_ = slope_.asDiagonal() * M_ * slope_.asDiagonal();
-    M_ += rotors_;
+    dynamics_.mass_matrix(q_, M_);
+    for (Index k = 0; k < x.size(); ++k) M_.col(k) = slope_[k] * slope_.cwiseProduct(M_.col(k)) + rotors_.col(k);
     dynamics_.torques(q_, qd_, qdd_, bias_);
     for (Index i = 0; i < x.size(); ++i) {
       const physics::JointDrive& joint = drives_.joint(i);
@@ -223,9 +224,10 @@ class ServoArm {
   }
 
   /// How the servo of a joint acts, if the step has the speed w: its own line, or the bound that it reaches.
-  Action action(std::size_t i, double u, double rate, double h, double w) const {
+  Action action(std::size_t i, double h, double w) const {
     const cell::TorqueServo& s = servos_[i];
     const auto k = static_cast<Index>(i);
+    const double u = command_[k], rate = rate_[k];
     const double error = u - x_[k] - 0.5 * h * w;
     const double held = s.integral * (integral_[k] + 0.5 * h * physics::effective_error(s, error));
     const bool inside = std::abs(error) <= s.dead_band && s.dead_band > 0.0;
@@ -242,38 +244,55 @@ class ServoArm {
 
   void one_step(double t, double h) {
     const Index n = x_.size();
-    inertia(x_ + 0.5 * h * v_, v_ + 0.5 * h * a_);
+    x_mid_ = x_ + 0.5 * h * v_;
+    v_mid_ = v_ + 0.5 * h * a_;
+    inertia(x_mid_, v_mid_);
     for (Index i = 0; i < n; ++i) {
+      const auto k = static_cast<std::size_t>(i);
       const physics::JointFriction& f = drives_.joint(i).friction;
       level_[i] = h * physics::dry_friction_at(f, std::abs(w_[i]), torque_[i], t);
       viscous_[i] = physics::viscous_friction_at(f, 1.0, t);
+      command_[i] = commands_[k].mean(t, t + h);
+      rate_[i] = commands_[k].speed(t, t + h);
+      actions_[k] = action(k, h, w_[i]);
     }
-    const VectorXd before = v_;
+    before_ = v_;
     for (int pass = 0; pass < most_settling_passes; ++pass) {
       A_ = 2.0 * M_;
-      b_ = 2.0 * (M_ * v_) - h * bias_;
+      b_.noalias() = A_ * v_;
+      b_ -= h * bias_;
       for (Index i = 0; i < n; ++i) {
-        const auto k = static_cast<std::size_t>(i);
-        const Action act = action(k, commands_[k].mean(t, t + h), commands_[k].speed(t, t + h), h, w_[i]);
-        actions_[k] = act;
+        const Action& act = actions_[static_cast<std::size_t>(i)];
         A_(i, i) += h * (act.damping + viscous_[i]) + 0.5 * h * h * act.stiffness;
         b_[i] += h * (act.constant - act.stiffness * x_[i]);
       }
-      const VectorXd last = w_;
+      last_ = w_;
       friction_.solve(A_, b_, level_, w_);
-      if ((w_ - last).cwiseAbs().maxCoeff() <= 1e-9 + 1e-6 * w_.cwiseAbs().maxCoeff() && pass > 0) break;
+      if (settled(h)) break;
     }
-    for (Index i = 0; i < n; ++i) finish(i, t, h);
-    a_ = (v_ - before) / h;
+    for (Index i = 0; i < n; ++i) finish(i, h);
+    a_ = (v_ - before_) / h;
   }
 
-  void finish(Index i, double t, double h) {
+  /// Whether the servos act at the speed that was found as they did to find it; otherwise they do from now on.
+  bool settled(double h) {
+    if ((w_ - last_).cwiseAbs().maxCoeff() <= 1e-9 + 1e-6 * w_.cwiseAbs().maxCoeff()) return true;
+    bool same = true;
+    for (std::size_t k = 0; k < servos_.size(); ++k) {
+      const Action act = action(k, h, w_[static_cast<Index>(k)]);
+      same = same && act == actions_[k];
+      actions_[k] = act;
+    }
+    return same;
+  }
+
+  void finish(Index i, double h) {
     const auto k = static_cast<std::size_t>(i);
     const Action& act = actions_[k];
     const double middle = x_[i] + 0.5 * h * w_[i];
     torque_[i] = act.constant - act.stiffness * middle - act.damping * w_[i];
     const bool bounded = act.stiffness == 0.0 && servos_[k].dead_band == 0.0;
-    if (!bounded) integral_[i] += h * physics::effective_error(servos_[k], commands_[k].mean(t, t + h) - middle);
+    if (!bounded) integral_[i] += h * physics::effective_error(servos_[k], command_[i] - middle);
     x_[i] += h * w_[i];
     v_[i] = w_[i] == 0.0 ? 0.0 : 2.0 * w_[i] - v_[i];
     if (v_[i] * w_[i] < 0.0 && level_[i] > 0.0) v_[i] = 0.0;  // it came to rest within the step
@@ -287,6 +306,8 @@ class ServoArm {
   std::vector<Action> actions_;
   DryFriction friction_;
   VectorXd x_, v_, a_, w_, integral_, bias_, torque_, slope_, q_, qd_, qdd_, level_, b_, viscous_;
+  VectorXd command_, rate_;                 // over the present step
+  VectorXd x_mid_, v_mid_, before_, last_;  // of it, so that none is allocated
   MatrixXd M_, A_;
 };
 

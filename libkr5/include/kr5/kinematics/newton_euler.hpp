@@ -67,6 +67,8 @@ class Dynamics {
 
   /// M(q), n x n, symmetric: kinetic energy is qd^T M qd / 2.
   Eigen::MatrixXd mass_matrix(const Eigen::VectorXd& q);
+  /// The same into a matrix, which is allocated only where its size is another.
+  void mass_matrix(const Eigen::VectorXd& q, Eigen::MatrixXd& M);
   /// Its diagonal.
   Eigen::VectorXd mass_diagonal(const Eigen::VectorXd& q);
 
@@ -106,7 +108,7 @@ class Dynamics {
   void forward_pass(const double* q, const double* qd, const double* qdd);
   /// From the flange inwards: what each joint carries.
   void backward_pass(double* tau, const Vector6* external);
-  void composite_bodies(const Eigen::VectorXd& q, Eigen::MatrixXd* whole, Eigen::VectorXd& diagonal);
+  void composite_bodies(const Eigen::VectorXd& q, Eigen::MatrixXd* whole, Eigen::VectorXd* diagonal);
   /// Column i of M from the load f, n about and in the axes of the joint i.
   void propagate_unit_load(std::size_t i, Eigen::Vector3d f, Eigen::Vector3d n, Eigen::MatrixXd& M) const;
 

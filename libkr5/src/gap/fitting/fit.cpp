@@ -9,6 +9,8 @@
 
 #include <kr5/core/levenberg_marquardt.hpp>
 
+#include "gap/parallel.hpp"
+
 namespace kr5::gap {
 namespace {
 
@@ -40,8 +42,11 @@ Signature slope(const ComparisonData& data, std::vector<Part> parts, const At& a
 
 class Minimiser {
  public:
-  Minimiser(const FitProblem& problem, const Model& from, std::vector<Part> parts)
-      : problem_(problem), parts_(std::move(parts)), touched_(touched(problem.data, parts_, cell::Split::Fit)) {
+  Minimiser(const FitProblem& problem, const Model& from, std::vector<Part> parts, const FitOptions& options)
+      : problem_(problem),
+        options_(options),
+        parts_(std::move(parts)),
+        touched_(touched(problem.data, parts_, cell::Split::Fit)) {
     for (std::size_t p = 0; p < parts_.size(); ++p)
       for (Eigen::Index i = 0; i < parts_[p].x.size(); ++i) at_.push_back({p, i});
     clamp(parts_);
@@ -49,12 +54,14 @@ class Minimiser {
     chi2_ = chi2(residual_);
   }
 
-  void run(int max_iterations) {
+  void run() {
     scan_whole(12);
     linearise();
     // A step that gains less than a fiftieth of what one random number is worth ends the fit.
-    LevenbergMarquardt<Eigen::Dynamic> optimizer(
-        {.max_iterations = max_iterations, .tolerance = std::sqrt(0.02), .sigma = 1.0, .initial_damping = 1e-3});
+    LevenbergMarquardt<Eigen::Dynamic> optimizer({.max_iterations = options_.max_iterations,
+                                                  .tolerance = std::sqrt(0.02),
+                                                  .sigma = 1.0,
+                                                  .initial_damping = 1e-3});
     optimizer.begin(normal_equations());
     while (optimizer.running()) {
       std::vector<Part> moved = parts_;
@@ -114,8 +121,9 @@ class Minimiser {
 
   /// Signatures at the present point, and the normal equations with the nuisance parameters marginalised.
   void linearise() {
-    jacobian_.clear();
-    for (const At& at : at_) jacobian_.push_back(slope(problem_.data, parts_, at, cell::Split::Fit, residual_));
+    jacobian_.resize(at_.size());
+    parallel_for(static_cast<int>(at_.size()), options_.threads,
+                 [&](int i) { jacobian_[i] = slope(problem_.data, parts_, at_[i], cell::Split::Fit, residual_); });
     const Eigen::VectorXd r = counted_residual(problem_.data, residual_);
     information_ = gram(jacobian_, jacobian_);
     gradient_.resize(static_cast<Eigen::Index>(jacobian_.size()));
@@ -173,6 +181,7 @@ class Minimiser {
   }
 
   const FitProblem& problem_;
+  const FitOptions& options_;
   std::vector<Part> parts_;
   std::vector<int> touched_;
   std::vector<At> at_;
@@ -252,9 +261,9 @@ Model empty_model(const FitProblem& problem, const Eigen::VectorXd& base) {
   return out;
 }
 
-Model fit(const FitProblem& problem, const Model& from, std::vector<Part> parts, int max_iterations) {
-  Minimiser minimiser(problem, from, std::move(parts));
-  minimiser.run(max_iterations);
+Model fit(const FitProblem& problem, const Model& from, std::vector<Part> parts, const FitOptions& options) {
+  Minimiser minimiser(problem, from, std::move(parts), options);
+  minimiser.run();
   Model out = std::move(minimiser).result();
   out.residual = residuals(problem.data, setup_of(problem.data, out.parts),
                            touched(problem.data, out.parts, cell::Split::Check), out.residual);

@@ -54,6 +54,11 @@ struct FitProblem {
   double log_prior_effect = 0.0;  ///< Of one more effect among all of them.
 };
 
+struct FitOptions {
+  int max_iterations = 40;
+  int threads = 1;  ///< Over which the slopes of one fit are spread.
+};
+
 Setup setup_of(const ComparisonData& data, const std::vector<Part>& parts);
 
 std::vector<Part> without(std::vector<Part> parts, std::size_t part);
@@ -65,9 +70,8 @@ bool same_effects(const std::vector<Part>& a, const std::vector<Part>& b);
 Model empty_model(const FitProblem& problem, const Eigen::VectorXd& base);
 
 /// Fits all coordinates by bounded Levenberg-Marquardt on the fit experiments, from `parts`, simulating only what they
-/// touch; `from.residual` holds at least the experiments none of them touches. At most `max_iterations` steps are
-/// tried.
-Model fit(const FitProblem& problem, const Model& from, std::vector<Part> parts, int max_iterations = 40);
+/// touch; `from.residual` holds at least the experiments none of them touches.
+Model fit(const FitProblem& problem, const Model& from, std::vector<Part> parts, const FitOptions& options = {});
 
 /// What is counted of a model's residual when the check experiments may move its coordinates as far as the uncertainty
 /// of the fit allows: what is left then is no error of the parameters. NuisanceModel taken out.

@@ -135,7 +135,8 @@ Fitted refit(const FitContext& context, const Fitted& from, int max_iterations) 
   }
   const NuisanceModel none;
   const FitProblem problem{context.data, none, {}, 0.0};
-  return Fitted(fit(problem, empty_model(problem, context.base), everywhere.parts(), max_iterations));
+  return Fitted(
+      fit(problem, empty_model(problem, context.base), everywhere.parts(), {.max_iterations = max_iterations}));
 }
 
 void assume_usual_size(Fitted& fitted) {

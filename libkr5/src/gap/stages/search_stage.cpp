@@ -44,8 +44,9 @@ double best_nuisance_size(const ScreenOutput& screened, double log_prior_effect,
   for (const double size : nuisance_sizes) {
     const FitProblem problem{screened.data, screened.nuisance, NuisancePrior(screened.nuisance, size),
                              log_prior_effect};
-    const Model fitted = model.parts.empty() ? empty_model(problem, screened.base)
-                                             : fit(problem, model, model.parts, nuisance_iterations);
+    const Model fitted = model.parts.empty()
+                             ? empty_model(problem, screened.base)
+                             : fit(problem, model, model.parts, {.max_iterations = nuisance_iterations});
     const double evidence = fitted.log_evidence - (size > 0 ? nuisance_pays : 0.0);
     if (size == 0.0 || evidence > most) {
       most = evidence;

@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/gap/joint_fit.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <utility>
+
+#include <Eigen/Cholesky>
+
+#include <kr5/cell/effect.hpp>
+#include <kr5/core/error.hpp>
+
+#include "gap/fitting/fit.hpp"
+#include "gap/fitting/posterior.hpp"
+#include "gap/parallel.hpp"
+#include "gap/screening/noise.hpp"
+
+namespace kr5::gap {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// Residuals nearer than this count as dependent [s].
+constexpr double dependent_time = 2.0;
+/// Rounds of a fit with the noise that the one before left, and the factor from which that is the same.
+constexpr int most_rounds = 3;
+constexpr double same_noise = 0.8;
+
+/// Data with the residuals of its cell. What even the fitted cell leaves counts as noise.
+struct JointData {
+  explicit JointData(const cell::Recording& recording, const cell::Simulator& simulator)
+      : data(compare_columns(recording, simulator)), base(compare_nominal(data)) {
+    mark_repeats(data);
+  }
+
+  /// Makes the RMS of residuals in the experiments to fit the noise of each column, at least that of its sensor.
+  /// @returns The smallest factor by which a noise changed.
+  double set_noise(const VectorXd& residual) {
+    const VectorXd counted = counted_residual(data, residual);
+    std::map<std::string, std::pair<double, double>> sums;  // squares and samples of each column
+    for (const Block& block : data.blocks) {
+      if (block.split != cell::Split::Fit) continue;
+      auto& [squares, samples] = sums[column_name(block.kind, block.column)];
+      squares += block.rows_of(counted).squaredNorm();
+      samples += data.use.segment(block.first, block.rows).sum();
+    }
+    double least = 1.0;
+    for (Block& block : data.blocks) {
+      const auto& [squares, samples] = sums[column_name(block.kind, block.column)];
+      const double rms = std::max(samples > 0 ? std::sqrt(squares / samples) : 1.0, 1.0 / block.inflation);
+      block.rows_of(base) /= rms;
+      block.sigma *= rms;
+      block.inflation *= rms;
+      least = std::min(least, rms);
+    }
+    return least;
+  }
+
+  ComparisonData data;
+  VectorXd base;
+};
+
+/// All experiments that are compared: a joint effect may act in each.
+std::vector<int> compared_experiments(const ComparisonData& data) {
+  std::vector<int> out;
+  for (std::size_t e = 0; e < data.recording->experiments.size(); ++e)
+    if (!data.blocks_of[e].empty()) out.push_back(static_cast<int>(e));
+  return out;
+}
+
+/// The effects asked for on each target of the cell, in the order asked for.
+std::vector<std::unique_ptr<Candidate>> candidates_of(const cell::Recording& recording,
+                                                      const std::vector<std::string>& effects) {
+  std::vector<std::unique_ptr<Candidate>> out;
+  const std::vector<Hypothesis> all = hypotheses(recording.cell, span_of(recording));
+  for (const std::string& id : effects)
+    for (const Hypothesis& h : all) {
+      if (h.effect != id) continue;
+      require(h.size() == 1 && !h.coordinates.front().whole,
+              "effects: " + id + " has several parameters, or whole ones; expected effects of one number a joint");
+      out.push_back(std::make_unique<Candidate>(Candidate{h, {}, {}}));
+    }
+  require(!out.empty(), "effects: the cell can carry none of them");
+  return out;
+}
+
+/// Parts at the values of the cell, which may act in every experiment.
+std::vector<Part> parts_of(const ComparisonData& data, const std::vector<std::unique_ptr<Candidate>>& candidates) {
+  std::vector<Part> out;
+  for (const std::unique_ptr<Candidate>& candidate : candidates) {
+    candidate->experiments = compared_experiments(data);
+    out.push_back({candidate.get(), VectorXd::Zero(1)});
+  }
+  return out;
+}
+
+/// Fits until the noise that it leaves is the one it was fitted by.
+Model fitted(JointData& compared, std::vector<Part> parts, int threads) {
+  const NuisanceModel nuisance;
+  compared.set_noise(compared.base);
+  Model out;
+  for (int round = 0; round < most_rounds; ++round) {
+    const FitProblem problem{compared.data, nuisance, {}, 0.0};
+    Model start;
+    start.residual = compared.base;
+    out = fit(problem, start, round == 0 ? std::move(parts) : std::move(out.parts), {.threads = threads});
+    if (compared.set_noise(out.residual) > same_noise) break;
+  }
+  // In units of the noise that it left.
+  const FitProblem problem{compared.data, nuisance, {}, 0.0};
+  Model start;
+  start.residual = compared.base;
+  return fit(problem, start, std::move(out.parts), {.max_iterations = 1, .threads = threads});
+}
+
+/// Covariance of the coordinates for residuals that depend on each other within `dependent_time`: gradients of pieces
+/// of that length are independent, whatever the residuals in them are.
+MatrixXd covariance_of(const ComparisonData& data, const Model& model) {
+  const auto n = static_cast<Index>(model.jacobian.size());
+  MatrixXd information = model.information;
+  information.diagonal().array() += 1e-9;
+  const MatrixXd inverse = information.ldlt().solve(MatrixXd::Identity(n, n));
+  const VectorXd counted = counted_residual(data, model.residual);
+  std::map<std::pair<int, long>, VectorXd> gradients;  // by experiment and piece
+  for (Index i = 0; i < n; ++i)
+    for (const auto& [b, slope] : model.jacobian[static_cast<std::size_t>(i)].parts) {
+      const Block& block = data.blocks[static_cast<std::size_t>(b)];
+      const VectorXd t = data.experiment(block).data.column("t");
+      for (Index row = 0; row < slope.size(); ++row) {
+        const auto piece = static_cast<long>(std::floor((t[row] - t[0]) / dependent_time));
+        auto [at, fresh] = gradients.try_emplace({block.experiment, piece});
+        if (fresh) at->second = VectorXd::Zero(n);
+        at->second[i] += static_cast<double>(slope[row]) * counted[block.first + row];
+      }
+    }
+  MatrixXd spread = MatrixXd::Zero(n, n);
+  for (const auto& [piece, gradient] : gradients) spread += gradient * gradient.transpose();
+  const double pieces = static_cast<double>(gradients.size());
+  const double freedom = pieces / std::max(1.0, pieces - static_cast<double>(n));  // of few pieces
+  const MatrixXd robust = freedom * inverse * spread * inverse;
+  // Never below what independent residuals would give.
+  MatrixXd out = robust;
+  for (Index i = 0; i < n; ++i)
+    if (const double ratio = std::sqrt(inverse(i, i) / std::max(robust(i, i), 1e-300)); ratio > 1.0) {
+      out.row(i) *= ratio;
+      out.col(i) *= ratio;
+    }
+  return out;
+}
+
+double rms_of(const ComparisonData& data, const VectorXd& counted, const std::string& column, cell::Split split) {
+  double squares = 0.0, samples = 0.0;
+  for (const Block& block : data.blocks) {
+    if (block.split != split || column_name(block.kind, block.column) != column) continue;
+    squares += block.sigma * block.sigma * block.rows_of(counted).squaredNorm();
+    samples += data.use.segment(block.first, block.rows).sum();
+  }
+  return samples > 0 ? std::sqrt(squares / samples) : 0.0;
+}
+
+std::vector<ColumnFit> column_fits(const JointData& nominal, const JointData& compared, const VectorXd& residual) {
+  const ComparisonData &data = compared.data, &model = nominal.data;
+  const VectorXd before = counted_residual(model, nominal.base), after = counted_residual(data, residual);
+  std::vector<ColumnFit> out;
+  for (const Block& block : data.blocks) {
+    const std::string name = column_name(block.kind, block.column);
+    if (std::ranges::any_of(out, [&](const ColumnFit& c) { return c.column == name; })) continue;
+    out.push_back({name, block.sigma / block.inflation, rms_of(model, before, name, cell::Split::Fit),
+                   rms_of(data, after, name, cell::Split::Fit), rms_of(model, before, name, cell::Split::Check),
+                   rms_of(data, after, name, cell::Split::Check)});
+  }
+  return out;
+}
+
+void write_effects(const ComparisonData& data, const Model& model, JointFit& out) {
+  const MatrixXd covariance = covariance_of(data, model);
+  VectorXd slope(covariance.rows());
+  for (std::size_t k = 0; k < model.parts.size(); ++k) {
+    const auto i = static_cast<Index>(k);
+    const Hypothesis& h = model.parts[k].candidate->hypothesis;
+    std::vector<ParameterEstimate> estimates = parameters(data, model, k, 1.0);
+    const double plain = std::sqrt(std::max(coordinate_covariance(model, k, 1.0)(0, 0), 1e-300));
+    const double std = std::sqrt(covariance(i, i));
+    slope[i] = estimates.front().std.front() / plain;
+    for (ParameterEstimate& estimate : estimates)
+      for (double& value : estimate.std) value *= std / plain;
+    out.effects.push_back({h.effect, h.target, std::move(estimates), std < prior_width});
+  }
+  out.covariance = slope.asDiagonal() * covariance * slope.asDiagonal();
+}
+
+}  // namespace
+
+void JointFitOptions::validate() const {
+  require(!effects.empty(), "effects: expected at least one id of the catalogue");
+  for (const std::string& id : effects) cell::find_effect(id);
+  require(threads >= 0, "threads must not be negative");
+}
+
+JointFit fit_joint_effects(const cell::Recording& recording, const cell::Simulator& simulator,
+                           const JointFitOptions& options) {
+  options.validate();
+  recording.cell.validate();
+  const auto start = std::chrono::steady_clock::now();
+  const auto tell = [&](double fraction) {
+    if (options.progress) options.progress(fraction);
+  };
+  const JointData nominal(recording, simulator);
+  cell::Recording begun = recording;
+  if (options.from) begun.cell = *options.from;
+  JointData compared(begun, simulator);
+  const std::vector<std::unique_ptr<Candidate>> candidates = candidates_of(begun, options.effects);
+  const std::vector<Part> parts = parts_of(compared.data, candidates);
+  tell(0.1);
+  const Model model = fitted(compared, parts, options.threads);
+  JointFit out;
+  out.columns = column_fits(nominal, compared, model.residual);
+  write_effects(compared.data, model, out);
+  out.cell = recording.cell;
+  for (const FittedEffect& e : out.effects) {
+    const ParameterEstimate& p = e.parameters.front();
+    cell::set_effect(out.cell, e.effect, e.target, p.name, cell::EffectValue(p.value.front()));
+  }
+  out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  tell(1.0);
+  return out;
+}
+
+}  // namespace kr5::gap

@@ -1,0 +1,110 @@
+#include <kr5/arm_log/servo_fit.hpp>
+
+#include <cmath>
+
+#include <catch2/catch.hpp>
+
+#include <kr5/arm_log/log_recording.hpp>
+#include <kr5/core/error.hpp>
+#include <kr5/uncertainty/confidence.hpp>
+
+#include "arm_log/servo_arms.hpp"
+#include "support/trials.hpp"
+
+namespace servo_fit_test {
+
+using namespace kr5;
+using namespace kr5::test;
+using Catch::Contains;
+
+namespace {
+
+/// A model that knows the links of an arm and nothing else: gains of another scale, no friction, no rotors.
+cell::Cell ignorant(const cell::Cell& arm, Random& random) {
+  cell::Cell out = arm;
+  const double factor = std::exp(random.uniform(-3.5, 3.5));
+  for (cell::TorqueServo& servo : out.servo->torque) servo = {.stiffness = factor * 20.0, .damping = factor * 0.2};
+  out.drives->friction.coulomb.setZero();
+  out.drives->friction.viscous.setZero();
+  out.drives->rotor_inertia.setConstant(1e-3);
+  return out;
+}
+
+/// What the fit should find of an effect: viscous friction acts as damping does.
+double truth(const cell::Cell& arm, const std::string& effect, int joint) {
+  const cell::TorqueServo& servo = arm.servo->torque[static_cast<std::size_t>(std::max(joint, 0))];
+  if (effect == "servo_stiffness") return servo.stiffness;
+  if (effect == "servo_damping") return servo.damping + arm.drives->friction.viscous[joint];
+  if (effect == "coulomb_friction") return arm.drives->friction.coulomb[joint];
+  if (effect == "rotor_inertia") return arm.drives->rotor_inertia[joint];
+  return servo.delay;
+}
+
+int joint_of(const std::string& target) { return target.starts_with("joint") ? target.back() - '1' : -1; }
+
+/// Errors of a fit over its standard deviations.
+std::vector<double> errors_of(const gap::JointFit& fit, const cell::Cell& arm) {
+  std::vector<double> out;
+  for (const gap::FittedEffect& e : fit.effects) {
+    if (e.effect == "joint_delay") continue;  // at its bound, 0
+    const gap::ParameterEstimate& p = e.parameters.front();
+    out.push_back((p.value[0] - truth(arm, e.effect, joint_of(e.target))) / p.std[0]);
+  }
+  return out;
+}
+
+}  // namespace
+
+TEST_CASE("servos, friction and rotors are found from gains of another scale", "[not_sanitized]") {
+  const auto seed = static_cast<std::uint64_t>(GENERATE(7601, 7602, 7603));
+  Random random(seed);
+  const cell::Cell arm = servo_arm(4, random), model = ignorant(arm, random);
+  INFO("model stiffness " << model.servo->torque[0].stiffness);
+  const arm_log::ServoFit found = arm_log::identify_servos(servo_log(arm, random), model);
+  CHECK(found.fit.effects.size() == 4 * 4 + 1);
+  for (const gap::ColumnFit& column : found.fit.columns) {
+    INFO(column.column << ": noise " << column.noise << ", before " << column.before << ", after " << column.after);
+    CHECK(column.after < 2.0 * column.noise);
+    CHECK(column.check_after < 2.0 * column.noise);
+    CHECK(column.before > 5.0 * column.noise);
+  }
+  for (const gap::FittedEffect& e : found.fit.effects) {
+    const gap::ParameterEstimate& p = e.parameters.front();
+    const double right = truth(arm, e.effect, joint_of(e.target));
+    INFO(e.effect << "." << e.target << ": " << p.value[0] << " +- " << p.std[0] << ", truth " << right);
+    CHECK(std::abs(p.value[0] - right) < 5 * p.std[0] + 0.1 * std::abs(right) + 2e-3);
+  }
+}
+
+TEST_CASE("intervals of the fitted servos cover the truth as often as they claim", "[not_sanitized]") {
+  int inside = 0, all = 0;
+  for (int trial = 0; trial < test::trials(2000, 24); ++trial) {
+    Random random(880000 + static_cast<std::uint64_t>(trial));
+    const cell::Cell arm = servo_arm(2, random);
+    const arm_log::ServoFit found =
+        arm_log::identify_servos(servo_log(arm, random, 30.0), arm, {.threads = 1, .progress = {}});
+    for (const double error : errors_of(found.fit, arm)) {
+      inside += std::abs(error) < 1.96;
+      ++all;
+    }
+  }
+  INFO(inside << " of " << all);
+  // Estimates of one arm depend on each other: their limits are those of a fourth of their number.
+  CHECK(uncertainty::binomial_interval(inside / 4, all / 4, 0.99).contains(0.95));
+}
+
+TEST_CASE("logs and models without servos are refused with a remedy") {
+  Random random(7610);
+  cell::Cell arm = servo_arm(2, random);
+  arm_log::ArmLog log = servo_log(arm, random, 10.0);
+  CHECK(arm_log::moves_by_torque_servos(arm_log::record_log(log, arm).recording));
+  arm_log::ArmLog silent = log;
+  silent.command.resize(0, 0);
+  CHECK_THROWS_WITH(arm_log::identify_servos(silent, arm), Contains("command"));
+  cell::Recording recording = arm_log::record_log(log, arm).recording;
+  recording.cell.servo.reset();
+  CHECK(!arm_log::moves_by_torque_servos(recording));
+  CHECK_THROWS_WITH(arm_log::identify_servos(recording), Contains("servo.torque"));
+}
+
+}  // namespace servo_fit_test
