@@ -6,10 +6,8 @@
 
 #include <kr5/arm_log/log_recording.hpp>
 #include <kr5/core/error.hpp>
-#include <kr5/uncertainty/confidence.hpp>
 
 #include "arm_log/servo_arms.hpp"
-#include "support/trials.hpp"
 
 namespace servo_fit_test {
 
@@ -42,17 +40,6 @@ double truth(const cell::Cell& arm, const std::string& effect, int joint) {
 
 int joint_of(const std::string& target) { return target.starts_with("joint") ? target.back() - '1' : -1; }
 
-/// Errors of a fit over its standard deviations.
-std::vector<double> errors_of(const gap::JointFit& fit, const cell::Cell& arm) {
-  std::vector<double> out;
-  for (const gap::FittedEffect& e : fit.effects) {
-    if (e.effect == "joint_delay") continue;  // at its bound, 0
-    const gap::ParameterEstimate& p = e.parameters.front();
-    out.push_back((p.value[0] - truth(arm, e.effect, joint_of(e.target))) / p.std[0]);
-  }
-  return out;
-}
-
 }  // namespace
 
 TEST_CASE("servos, friction and rotors are found from gains of another scale", "[not_sanitized]") {
@@ -74,23 +61,6 @@ TEST_CASE("servos, friction and rotors are found from gains of another scale", "
     INFO(e.effect << "." << e.target << ": " << p.value[0] << " +- " << p.std[0] << ", truth " << right);
     CHECK(std::abs(p.value[0] - right) < 5 * p.std[0] + 0.1 * std::abs(right) + 2e-3);
   }
-}
-
-TEST_CASE("intervals of the fitted servos cover the truth as often as they claim", "[not_sanitized]") {
-  int inside = 0, all = 0;
-  for (int trial = 0; trial < test::trials(2000, 24); ++trial) {
-    Random random(880000 + static_cast<std::uint64_t>(trial));
-    const cell::Cell arm = servo_arm(2, random);
-    const arm_log::ServoFit found =
-        arm_log::identify_servos(servo_log(arm, random, 30.0), arm, {.threads = 1, .progress = {}});
-    for (const double error : errors_of(found.fit, arm)) {
-      inside += std::abs(error) < 1.96;
-      ++all;
-    }
-  }
-  INFO(inside << " of " << all);
-  // Estimates of one arm depend on each other: their limits are those of a fourth of their number.
-  CHECK(uncertainty::binomial_interval(inside / 4, all / 4, 0.99).contains(0.95));
 }
 
 TEST_CASE("logs and models without servos are refused with a remedy") {
