@@ -12,7 +12,7 @@ from kr5.files.writing import write_json
 from kr5.logs.compared_source import SourceOptions, input_files
 
 from kr5_tools.cli import arguments
-from kr5_tools.cli.table_options import ColumnsOption
+from kr5_tools.cli.table_options import CheckOption, ColumnsOption, EpisodesOption
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import Console, console, spinner
 from kr5_tools.gap.diagnose import DiagnoseOutputs
@@ -42,6 +42,8 @@ def servos(
     tip: TipOption = "",
     every: arguments.EveryOption = None,
     columns: ColumnsOption = None,
+    episodes: EpisodesOption = "",
+    check: CheckOption = "",
     overrides: SetOption = None,
     trust: TrustOption = False,
     write_cell: Annotated[
@@ -67,7 +69,7 @@ def servos(
     more than where the search begins; they may be wrong by a factor of a hundred. Part of the motion is held out and
     judges the result. No cause is named: kr5 gap diagnose does that. Exit code 2 when a log does not suffice.
     """
-    reading = SourceOptions(model, base, tip, every, overrides_of(overrides, columns), trust)
+    reading = SourceOptions(model, base, tip, every, overrides_of(overrides, columns), trust, episodes, check)
     outputs = DiagnoseOutputs(write_cell, write_model, None, None, json_file, output)
     outputs.check(input_files(source, reading))
     compared = read_source(source, reading)
