@@ -112,13 +112,13 @@ def diagnose(
     outputs.check_model(compared)
     options = search_widely(options, compared)
     found = run_diagnosis(compared.recording, arguments.make_simulator(full), options)
-    written, check = None, None
+    written, confirmed = None, None
     try:
         written = outputs.write_models(found.cell, compared, reading)
-        check = outputs.confirm(written, found.cell, compared, reading)
+        confirmed = outputs.confirm(written, found.cell, compared, reading)
     finally:  # what was found is kept, even if a model cannot be written
-        diagnosis = outputs.write_results(found, compared, check)
-    print_diagnosis(found, compared, to, everything, check)
+        diagnosis = outputs.write_results(found, compared, confirmed)
+    print_diagnosis(found, compared, to, everything, confirmed)
     if written is not None:
         print_model(written, found.cell if found.causes else None, compared.recording, to)
     outputs.write_report(diagnosis, compared, to)
