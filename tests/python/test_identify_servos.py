@@ -14,9 +14,11 @@ from kr5.models.reading import read_model
 pytest.importorskip("mujoco", reason="MuJoCo is not installed: pip install 'kr5[mujoco]'")
 
 ARM = """<mujoco model="two links"><compiler angle="radian"/><option timestep="0.005"/>
-  <worldbody><body name="upper" pos="0 0 0.1"><joint name="shoulder" axis="0 1 0" armature="{armature}" frictionloss="{dry}"/>
+  <worldbody><body name="upper" pos="0 0 0.1">
+    <joint name="shoulder" axis="0 1 0" armature="{armature}" frictionloss="{dry}"/>
     <inertial pos="0.06 0 0" mass="0.2" diaginertia="1e-4 2e-4 2e-4"/>
-    <body name="lower" pos="0.12 0 0"><joint name="elbow" axis="0 1 0" armature="{armature}" frictionloss="{dry}"/>
+    <body name="lower" pos="0.12 0 0">
+      <joint name="elbow" axis="0 1 0" armature="{armature}" frictionloss="{dry}"/>
       <inertial pos="0.05 0 0" mass="0.1" diaginertia="1e-4 2e-4 2e-4"/></body></body></worldbody>
   <actuator><position name="a" joint="shoulder" kp="{kp}" kv="{kv}"/>
     <position name="b" joint="elbow" kp="{kp}" kv="{kv}"/></actuator>
@@ -62,7 +64,8 @@ def test_servos_are_found_from_gains_of_another_scale(folder, run_kr5):
     for column in data["result"]["columns"]:
         assert column["check_after"] < 2 * column["noise"] < column["check_before"]
     tuned = read_model(files[1]).cell
-    assert tuned.servo.torque_of(0).stiffness == pytest.approx(values["servo_stiffness", "joint1"]["value"][0], rel=1e-6)
+    found = values["servo_stiffness", "joint1"]["value"][0]
+    assert tuned.servo.torque_of(0).stiffness == pytest.approx(found, rel=1e-6)
 
 
 def test_the_library_says_what_the_command_says(folder):
