@@ -8,6 +8,7 @@
 #include <kr5/cell/effect.hpp>
 #include <kr5/core/error.hpp>
 #include <kr5/physics/fold_effects.hpp>
+#include <kr5/physics/torque_servo.hpp>
 #include <kr5/predict/fast_simulator.hpp>
 
 #include "servo_guess.hpp"
@@ -17,16 +18,6 @@ namespace kr5::arm_log {
 namespace {
 
 constexpr double guessing_time = 10.0;  // of the motion on which first values are found [s]
-
-/// Viscous friction that the fit replaced by the damping of a servo is a value that was found, too.
-void add_viscous_friction(const cell::Cell& model, const cell::Cell& guess, gap::JointFit& out) {
-  for (int j = 0; j < model.robot.joints(); ++j) {
-    if (guess.drives->friction.viscous[j] == model.drives->friction.viscous[j]) continue;
-    const std::string target = "joint" + std::to_string(j + 1);
-    const double value = guess.drives->friction.viscous[j];
-    cell::set_effect(out.cell, "viscous_friction", target, "viscous", cell::EffectValue(value));
-  }
-}
 
 /// What a fit leaves, over the noise of each column.
 double misfit(const gap::JointFit& fit) {
@@ -73,18 +64,14 @@ gap::JointFit fit_servos(const cell::Recording& recording, const cell::Simulator
   tell(0.5);
   fitting.from = from;
   gap::JointFit out = gap::fit_joint_effects(recording, simulator, fitting);
-  add_viscous_friction(recording.cell, guess, out);
+  out.cell.drives->friction.viscous = guess.drives->friction.viscous;  // what the damping of servos took the place of
   tell(1.0);
   return out;
 }
 
 }  // namespace
 
-const std::vector<std::string>& servo_effects() {
-  static const std::vector<std::string> out = {"servo_stiffness", "servo_damping", "coulomb_friction", "joint_delay",
-                                               "rotor_inertia"};
-  return out;
-}
+const std::vector<std::string>& servo_effects() { return physics::servo_motion_effects(); }
 
 bool moves_by_torque_servos(const cell::Recording& recording) {
   return recording.cell.has_torque_servos() &&

@@ -70,4 +70,10 @@ double servo_torque(const cell::TorqueServo& servo, double error, double integra
                   torque_bound(servo, 1.0, speed).at(speed));
 }
 
+const std::vector<std::string>& servo_motion_effects() {
+  static const std::vector<std::string> out = {"servo_stiffness", "servo_damping", "coulomb_friction", "joint_delay",
+                                               "rotor_inertia"};
+  return out;
+}
+
 }  // namespace kr5::physics

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include <kr5/cell/cell.hpp>
@@ -28,6 +29,10 @@ std::optional<double> torque_limit(const cell::Cell& cell, int joint);
 cell::TorqueServo torque_servo(const cell::Cell& cell, int joint);
 /// One a joint; none when the cell has no torque servos.
 std::vector<cell::TorqueServo> torque_servos(const cell::Cell& cell);
+
+/// Ids of the effects by which a motion of torque servos differs from its commands in every arm: stiffness, damping,
+/// dry friction, delay of the commands, inertia of the rotors.
+const std::vector<std::string>& servo_motion_effects();
 
 /// Part of an error of the position that makes a torque [rad or m].
 inline double effective_error(const cell::TorqueServo& servo, double error) {
