@@ -5,7 +5,6 @@
 #include <cmath>
 #include <utility>
 
-#include <kr5/cell/effect.hpp>
 #include <kr5/core/error.hpp>
 #include <kr5/physics/fold_effects.hpp>
 #include <kr5/physics/torque_servo.hpp>
