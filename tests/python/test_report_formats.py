@@ -123,6 +123,14 @@ def sweep(folder):
     return "sweep", "insertion", *grid, "-o", "out"
 
 
+def servos(folder):
+    pytest.importorskip("mujoco", reason="MuJoCo is not installed: pip install 'kr5[mujoco]'")
+    import servo_log_files
+
+    servo_log_files.write_servo_log(folder)
+    return "identify", "servos", "log.csv", "--model", "model.xml", "-o", "r.json"
+
+
 def gap_plan(folder):
     return "gap", "plan", RECORDING, "--separate", "coulomb_friction:joint6,backlash:joint6", "--json", "r.json"
 
@@ -163,6 +171,7 @@ MAKERS = {
         *("identify", "study", "--trials", "2", "--device", "laser_tracker", "--arc", "20", "-o", "r.json"),
     ),
     "kr5-servo/1": lambda _: ("identify", "servo", RECORDING, "-o", "r.json"),
+    "kr5-servos/1": servos,
     "kr5-contact/1": lambda _: ("identify", "contact", RECORDING, "--design", "-o", "r.json"),
     "kr5-force-torque/1": lambda _: ("identify", "force-torque", RECORDING, "-o", "r.json"),
     "kr5-timed-hand-eye/1": timed,

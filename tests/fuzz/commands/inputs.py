@@ -611,6 +611,7 @@ JOBS = [
 # Commands without a job, and why.
 WITHOUT_JOB = {
     ("demo",): "runs commands that have jobs of their own, in processes of their own, for a minute",
+    ("identify", "servos"): "reads its logs and model as `kr5 gap diagnose` does, which is attacked",
     ("gap", "bench"): "starts tools/blind_check, a program of developers that is not installed",
     ("job", "phases"): "reads no file",
     ("job", "show"): "its database is damaged by the tests of the journal",
