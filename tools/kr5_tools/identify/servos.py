@@ -8,14 +8,15 @@ import kr5.cell
 import kr5.gap
 import typer
 from kr5.files.results import write_result
-from kr5.files.writing import write_json
+from kr5.files.writing import beside, check_writable, write_json
 from kr5.logs.compared_source import SourceOptions, input_files
+from kr5.models import writing as model_writing
+from kr5.models.kinds import Kind, kind_of_output
 
 from kr5_tools.cli import arguments
 from kr5_tools.cli.table_options import CheckOption, ColumnsOption, EpisodesOption
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import Console, console, spinner
-from kr5_tools.gap.diagnose import DiagnoseOutputs
 from kr5_tools.gap.source import (
     BaseOption,
     ModelOption,
@@ -70,10 +71,10 @@ def servos(
     judges the result. No cause is named: kr5 gap diagnose does that. Exit code 2 when a log does not suffice.
     """
     reading = SourceOptions(model, base, tip, every, overrides_of(overrides, columns), trust, episodes, check)
-    outputs = DiagnoseOutputs(write_cell, write_model, None, None, json_file, output)
-    outputs.check(input_files(source, reading))
+    check_writable(write_cell, write_model, output, json_file, inputs=input_files(source, reading))
+    if write_model:
+        kind_of_output(write_model)
     compared = read_source(source, reading)
-    outputs.check_model(compared)
     with spinner("Fitting all joints"):
         found = kr5.arm_log.identify_servos(compared.recording)
     keys = result_keys(found, compared.inputs)
@@ -81,7 +82,14 @@ def servos(
     print_source(compared, out, everything)
     print_result(keys, out)
     print_columns(found, out)
-    outputs.write_models(found.cell, compared, reading)
+    if write_cell:
+        with beside(write_cell) as new:
+            kr5.cell.save_cell(found.cell, new)
+    if write_model:
+        kind = kind_of_output(write_model)
+        changed = compared.model and kind == compared.model.kind and kind in (Kind.URDF, Kind.MJCF)
+        arm = (compared.model.file, base, tip) if changed else (None, "", "")
+        model_writing.write_model(found.cell, write_model, *arm)
     write_json(write_result(output, "kr5-servos/1", **keys), json_file)
 
 
