@@ -48,6 +48,18 @@ def test_a_long_call_is_ended(call, grace, said):
     assert out == f"{said}\n" and process.returncode == 130
 
 
+def interrupted(source):
+    """What a program says after Ctrl-C, which it gets once it has said that it has begun, and its exit code."""
+    process = subprocess.Popen([sys.executable, "-c", source], stdout=subprocess.PIPE, text=True)
+    try:
+        assert process.stdout.readline() == "begun\n"
+        process.send_signal(signal.SIGINT)
+        out, _ = process.communicate(timeout=120)
+    finally:
+        process.kill()
+    return out, process.returncode
+
+
 CONCLUDING = """
 import time
 from kr5_tools.cli.interruption import GRACE, prompt_interruption, take_as_end
@@ -63,14 +75,8 @@ with prompt_interruption(lambda: print("gave up", flush=True)):
 
 
 def test_what_waits_for_ctrl_c_as_its_end_concludes_in_its_own_time():
-    process = subprocess.Popen([sys.executable, "-c", CONCLUDING], stdout=subprocess.PIPE, text=True)
-    try:
-        assert process.stdout.readline() == "begun\n"
-        process.send_signal(signal.SIGINT)
-        out, _ = process.communicate(timeout=120)
-    finally:
-        process.kill()
-    assert (out, process.returncode) == ("concluded\n", 0)
+    out, code = interrupted(CONCLUDING)
+    assert (out, code) == ("concluded\n", 0)
 
 
 def test_an_interrupted_recording_leaves_no_folder(tmp_path, share, monkeypatch):
@@ -161,14 +167,8 @@ except KeyboardInterrupt:
 
 
 def test_what_hears_ctrl_c_but_does_not_end_is_ended():
-    process = subprocess.Popen([sys.executable, "-c", SLOW_TO_END], stdout=subprocess.PIPE, text=True)
-    try:
-        assert process.stdout.readline() == "begun\n"
-        process.send_signal(signal.SIGINT)
-        out, _ = process.communicate(timeout=120)
-    finally:
-        process.kill()
-    assert out == "gave up\n" and process.returncode == 130
+    out, code = interrupted(SLOW_TO_END)
+    assert out == "gave up\n" and code == 130
 
 
 @pytest.fixture
