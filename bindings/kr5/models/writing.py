@@ -66,6 +66,15 @@ class WrittenModel:
         return {**self.__dict__, "file": str(self.file), "kind": str(self.kind)}
 
 
+def original_of(model: Any, output: Path | str | None) -> Any:
+    """The model that was read (kr5.models.reading.Model, or None), where the one to be written is this with changes;
+    else None."""
+    if output is None or model is None:
+        return None
+    kind = kind_of_output(Path(output))
+    return model if kind == model.kind and kind in (Kind.URDF, Kind.MJCF) else None
+
+
 def write_model(
     cell: kr5.cell.Cell,
     output: Path | str,

@@ -212,13 +212,9 @@ class DiagnoseOutputs:
         to.print(f"report: {self.report}", soft_wrap=True)
 
     def _original(self, compared: ComparedSource) -> Any:
-        """The model that was read, where the one to be written is this with changes."""
-        from kr5.models.kinds import Kind, kind_of_output
+        from kr5.models.writing import original_of
 
-        if self.model is None or compared.model is None:
-            return None
-        kind = kind_of_output(self.model)
-        return compared.model if kind == compared.model.kind and kind in (Kind.URDF, Kind.MJCF) else None
+        return original_of(compared.model, self.model)
 
 
 def print_model(written: WrittenModel, tuned: kr5.cell.Cell | None, recording: kr5.cell.Recording, to: Console) -> None:

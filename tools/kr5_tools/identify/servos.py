@@ -11,7 +11,7 @@ from kr5.files.results import write_result
 from kr5.files.writing import beside, check_writable, write_json
 from kr5.logs.compared_source import SourceOptions, input_files
 from kr5.models import writing as model_writing
-from kr5.models.kinds import Kind, kind_of_output
+from kr5.models.kinds import kind_of_output
 
 from kr5_tools.cli import arguments
 from kr5_tools.cli.table_options import CheckOption, ColumnsOption, EpisodesOption
@@ -75,6 +75,8 @@ def servos(
     if write_model:
         kind_of_output(write_model)
     compared = read_source(source, reading)
+    if original := model_writing.original_of(compared.model, write_model):
+        model_writing.check_editable(original.file, original.base, original.tip)
     with spinner("Fitting all joints"):
         found = kr5.arm_log.identify_servos(compared.recording)
     keys = result_keys(found, compared.inputs)
@@ -86,9 +88,7 @@ def servos(
         with beside(write_cell) as new:
             kr5.cell.save_cell(found.cell, new)
     if write_model:
-        kind = kind_of_output(write_model)
-        changed = compared.model and kind == compared.model.kind and kind in (Kind.URDF, Kind.MJCF)
-        arm = (compared.model.file, base, tip) if changed else (None, "", "")
+        arm = (original.file, base, tip) if original else (None, "", "")
         model_writing.write_model(found.cell, write_model, *arm)
     write_json(write_result(output, "kr5-servos/1", **keys), json_file)
 
