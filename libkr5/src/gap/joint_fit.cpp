@@ -91,31 +91,30 @@ std::vector<std::unique_ptr<Candidate>> candidates_of(const cell::Recording& rec
 
 /// Parts at the values of the cell, which may act in every experiment.
 std::vector<Part> parts_of(const ComparisonData& data, const std::vector<std::unique_ptr<Candidate>>& candidates) {
+  const std::vector<int> experiments = compared_experiments(data);
   std::vector<Part> out;
   for (const std::unique_ptr<Candidate>& candidate : candidates) {
-    candidate->experiments = compared_experiments(data);
+    candidate->experiments = experiments;
     out.push_back({candidate.get(), VectorXd::Zero(1)});
   }
   return out;
 }
 
-/// Fits until the noise that it leaves is the one it was fitted by.
+/// Fits until the noise that it leaves is the one it was fitted by; in units of that noise.
 Model fitted(JointData& compared, std::vector<Part> parts, int threads) {
   const NuisanceModel nuisance;
-  compared.set_noise(compared.base);
-  Model out;
-  for (int round = 0; round < most_rounds; ++round) {
-    const FitProblem problem{compared.data, nuisance, {}, 0.0};
+  const auto fit_from = [&](std::vector<Part> from, const FitOptions& options) {
     Model start;
     start.residual = compared.base;
-    out = fit(problem, start, round == 0 ? std::move(parts) : std::move(out.parts), {.threads = threads});
-    if (compared.set_noise(out.residual) > same_noise) break;
+    return fit(FitProblem{compared.data, nuisance, {}, 0.0}, start, std::move(from), options);
+  };
+  compared.set_noise(compared.base);
+  for (int round = 0; round < most_rounds; ++round) {
+    Model found = fit_from(std::move(parts), {.threads = threads});
+    parts = std::move(found.parts);
+    if (compared.set_noise(found.residual) > same_noise) break;
   }
-  // In units of the noise that it left.
-  const FitProblem problem{compared.data, nuisance, {}, 0.0};
-  Model start;
-  start.residual = compared.base;
-  return fit(problem, start, std::move(out.parts), {.max_iterations = 1, .threads = threads});
+  return fit_from(std::move(parts), {.max_iterations = 1, .threads = threads});
 }
 
 /// Covariance of the coordinates for residuals that depend on each other within `dependent_time`: gradients of pieces
