@@ -2,8 +2,8 @@
 which takes longer than most of them: numpy, matplotlib, the extensions of kr5 with their libraries.
 
 Modules of kr5_tools are not among what is loaded: they keep state and read the environment, so each process loads its
-own. Processes are forked with KR5_TEST_FORKS=1. Without, where the interpreter itself is to begin in another way
-(PYTHONPATH, locale), and for links to controllers, which keep a cycle, a command is a process from its beginning.
+own. Where the interpreter itself is to begin in another way (PYTHONPATH, locale), for links to controllers, which keep
+a cycle, and with KR5_TEST_FORKS=0, a command is a process from its beginning.
 """
 
 import atexit
@@ -131,7 +131,7 @@ def needs_own_process(request: Request) -> bool:
         return {key: value for key, value in environment.items() if key.startswith(AT_THE_START)}
 
     return (
-        not os.environ.get("KR5_TEST_FORKS")
+        os.environ.get("KR5_TEST_FORKS") == "0"
         or start(request.environment) != start(_environment)
         or (request.module == COMMAND and request.words[:1] and request.words[0] in IN_CYCLES)
     )

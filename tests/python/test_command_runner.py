@@ -65,7 +65,7 @@ match words[0]:
 
 @pytest.fixture
 def probe(tmp_path, monkeypatch):
-    monkeypatch.setenv("KR5_TEST_FORKS", "1")
+    monkeypatch.delenv("KR5_TEST_FORKS", raising=False)
     (tmp_path / "probe.py").write_text(PROBE)
 
     def run(*words, **how):
@@ -81,7 +81,7 @@ def both(probe, monkeypatch):
 
     def run(*words, **how):
         with monkeypatch.context() as beginning:
-            beginning.delenv("KR5_TEST_FORKS")
+            beginning.setenv("KR5_TEST_FORKS", "0")
             own = probe(*words, **how)
         with monkeypatch.context() as forking:
             forking.setattr(subprocess, "run", None)
@@ -138,11 +138,11 @@ def test_what_begins_in_another_way_is_a_process_of_its_own(tmp_path, monkeypatc
     def request(*words, **environment):
         return command_runner.Request("kr5_tools", list(words), str(tmp_path), {**os.environ, **environment}, None)
 
-    monkeypatch.setenv("KR5_TEST_FORKS", "1")
+    monkeypatch.delenv("KR5_TEST_FORKS", raising=False)
     assert not command_runner.needs_own_process(request("report", COLUMNS="200"))
     assert command_runner.needs_own_process(request("report", PYTHONPATH="elsewhere"))
     assert command_runner.needs_own_process(request("rsi", "doctor"))
-    monkeypatch.delenv("KR5_TEST_FORKS")
+    monkeypatch.setenv("KR5_TEST_FORKS", "0")
     assert command_runner.needs_own_process(request("report"))
 
 
