@@ -11,14 +11,14 @@ from kr5.models.reading import read_model
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed: pip install 'kr5[mujoco]'")
 
-import servo_log_files
+import mujoco_servo_log
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """A log of the true arm in rounded positions, and a model whose gains are fifty times too high."""
     out = tmp_path_factory.mktemp("servos")
-    servo_log_files.write_servo_log(out)
+    mujoco_servo_log.write_servo_log(out)
     return out
 
 
@@ -33,8 +33,8 @@ def test_servos_are_found_from_gains_of_another_scale(folder, run_kr5):
     assert data["format"] == "kr5-servos/1"
     values = {(e["effect"], e["target"]): e["parameters"][0] for e in data["result"]["effects"]}
     for joint in ("joint1", "joint2"):
-        assert values["servo_stiffness", joint]["value"][0] == pytest.approx(servo_log_files.TRUE["kp"], rel=0.15)
-        assert values["coulomb_friction", joint]["value"][0] == pytest.approx(servo_log_files.TRUE["dry"], rel=0.3)
+        assert values["servo_stiffness", joint]["value"][0] == pytest.approx(mujoco_servo_log.TRUE["kp"], rel=0.15)
+        assert values["coulomb_friction", joint]["value"][0] == pytest.approx(mujoco_servo_log.TRUE["dry"], rel=0.3)
     for column in data["result"]["columns"]:
         assert column["check_after"] < 2 * column["noise"] < column["check_before"]
     tuned = read_model(files[1]).cell

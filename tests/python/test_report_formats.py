@@ -125,9 +125,9 @@ def sweep(folder):
 
 def servos(folder):
     pytest.importorskip("mujoco", reason="MuJoCo is not installed: pip install 'kr5[mujoco]'")
-    import servo_log_files
+    import mujoco_servo_log
 
-    servo_log_files.write_servo_log(folder)
+    mujoco_servo_log.write_servo_log(folder)
     return "identify", "servos", "log.csv", "--model", "model.xml", "-o", "r.json"
 
 
