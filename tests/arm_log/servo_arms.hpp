@@ -47,6 +47,17 @@ inline cell::Cell servo_arm(int joints, Random& random) {
   return out;
 }
 
+/// A model that knows the links of an arm and nothing else: gains of another scale, no friction, no rotors.
+inline cell::Cell ignorant(const cell::Cell& arm, Random& random) {
+  cell::Cell out = arm;
+  const double factor = std::exp(random.uniform(-3.5, 3.5));
+  for (cell::TorqueServo& servo : out.servo->torque) servo = {.stiffness = factor * 20.0, .damping = factor * 0.2};
+  out.drives->friction.coulomb.setZero();
+  out.drives->friction.viscous.setZero();
+  out.drives->rotor_inertia.setConstant(1e-3);
+  return out;
+}
+
 /// Commands of two sines a joint after a second of rest [rad].
 inline Eigen::MatrixXd servo_commands(const Eigen::VectorXd& t, int joints, Random& random) {
   Eigen::MatrixXd out(t.size(), joints);

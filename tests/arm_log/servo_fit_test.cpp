@@ -17,17 +17,6 @@ using Catch::Contains;
 
 namespace {
 
-/// A model that knows the links of an arm and nothing else: gains of another scale, no friction, no rotors.
-cell::Cell ignorant(const cell::Cell& arm, Random& random) {
-  cell::Cell out = arm;
-  const double factor = std::exp(random.uniform(-3.5, 3.5));
-  for (cell::TorqueServo& servo : out.servo->torque) servo = {.stiffness = factor * 20.0, .damping = factor * 0.2};
-  out.drives->friction.coulomb.setZero();
-  out.drives->friction.viscous.setZero();
-  out.drives->rotor_inertia.setConstant(1e-3);
-  return out;
-}
-
 /// What the fit should find of an effect: viscous friction acts as damping does.
 double truth(const cell::Cell& arm, const std::string& effect, int joint) {
   const cell::TorqueServo& servo = arm.servo->torque[static_cast<std::size_t>(std::max(joint, 0))];

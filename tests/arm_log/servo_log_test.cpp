@@ -1,10 +1,13 @@
 #include <kr5/arm_log/diagnose_log.hpp>
 
+#include <algorithm>
+#include <cmath>
 #include <functional>
 
 #include <catch2/catch.hpp>
 
 #include <kr5/arm_log/log_recording.hpp>
+#include <kr5/arm_log/servo_fit.hpp>
 #include <kr5/core/error.hpp>
 
 #include "arm_log/servo_arms.hpp"
@@ -63,6 +66,33 @@ TEST_CASE("an arm that is as its model says has no gap in commands and rounded p
   const arm_log::LogDiagnosis found = diagnosed(7200, nullptr, target);
   INFO(text(found.diagnosis));
   CHECK(found.diagnosis.verdict == gap::Verdict::NoGap);
+}
+
+TEST_CASE("servos of another scale, friction and rotors that a model lacks are named joint by joint",
+          "[not_sanitized]") {
+  const auto seed = static_cast<std::uint64_t>(GENERATE(7801, 7802, 7803));
+  Random random(seed);
+  const cell::Cell arm = servo_arm(4, random), model = ignorant(arm, random);
+  INFO("stiffness of the model " << model.servo->torque[0].stiffness);
+  const gap::Diagnosis found = arm_log::diagnose_log(servo_log(arm, random), model).diagnosis;
+  INFO(text(found));
+  CHECK(found.verdict == gap::Verdict::Explained);
+  CHECK(found.effects_limit == 0);
+  const auto value_of = [&](const std::string& effect, int joint) {
+    for (const gap::Cause& cause : found.causes)
+      if (cause.effect == effect && cause.target == "joint" + std::to_string(joint + 1))
+        return cause.parameters.front().value[0];
+    return std::nan("");
+  };
+  for (const gap::Cause& cause : found.causes)
+    CHECK(std::ranges::find(arm_log::servo_effects(), cause.effect) != arm_log::servo_effects().end());
+  for (int j = 1; j < 4; ++j) {  // joint 1 turns about the vertical: its links are too light to tell its gains apart
+    INFO("joint " << j + 1);
+    CHECK(value_of("servo_stiffness", j) ==
+          Approx(arm.servo->torque[static_cast<std::size_t>(j)].stiffness).epsilon(0.05));
+    CHECK(value_of("coulomb_friction", j) == Approx(arm.drives->friction.coulomb[j]).epsilon(0.1));
+    CHECK(value_of("rotor_inertia", j) == Approx(arm.drives->rotor_inertia[j]).epsilon(0.1));
+  }
 }
 
 TEST_CASE("commands and positions alone need a model that states its servos") {

@@ -5,6 +5,8 @@
 #include <Eigen/Cholesky>
 #include <catch2/catch.hpp>
 
+#include <kr5/core/error.hpp>
+
 #include "gap/two_shapes.hpp"
 
 /// @file
@@ -109,6 +111,48 @@ TEST_CASE("bounds hold a coordinate, and whole ones are counted") {
   const Regression fit = regression(world, 0, {wave});
   const double best = fit.J.col(0).dot(fit.r) / fit.J.squaredNorm();
   CHECK(gap::fit(problem, empty, {part(whole, 0.4)}).parts[0].x(0) == std::round(best));
+}
+
+TEST_CASE("slopes that follow the steps lead to the same minimum as slopes at each point") {
+  gap::OwnEffect own{"bent", "i1", {{"size", "A", 1.0, -5.0, 5.0, {}}}, {}, {}};
+  own.change = [](io::Table& table, const cell::Experiment& e, const Eigen::VectorXd& x) {
+    if (const int at = table.find("i1"); e.kind == cell::Kind::Motion && at >= 0)
+      table.values.col(at) += std::expm1(x(0)) * at_times(e, wave);
+  };
+  const World world(recorded(8.0, -6.0, 8));
+  const gap::Candidate a = acting_in(gap::own_hypothesis(own), {0, 1}),
+                       b = acting_in(adding("ramp", "i1", ramp), {0, 1});
+  const gap::NuisanceModel none;
+  const gap::FitProblem at_each{world.data, none, {}, 0.0},
+      where_needed{world.data, none, {}, 0.0, gap::Slopes::WhereNeeded};
+  const gap::Model empty = gap::empty_model(at_each, world.base);
+  const gap::Model one = gap::fit(at_each, empty, {part(a, 0.1), part(b, 0.0)});
+  const gap::Model other = gap::fit(where_needed, empty, {part(a, 0.1), part(b, 0.0)});
+  CHECK(other.chi2_fit == Approx(one.chi2_fit).margin(0.05));
+  CHECK((other.information - one.information).norm() < 0.02 * one.information.norm());
+  // Without one part, by the slopes of both.
+  const gap::Model alone = gap::fit(at_each, empty, {part(b, 0.0)});
+  const gap::Model near = gap::fit(where_needed, empty, {part(b, 0.0)}, {.near = &other});
+  CHECK(near.chi2_fit == Approx(alone.chi2_fit).margin(0.05));
+}
+
+TEST_CASE("a step to where there is no such cell is shortened, and a fit that begins there begins nearer") {
+  gap::OwnEffect own{"wave", "i1", {{"size", "A", 1.0, -1e3, 1e3, {}}}, {}, {}};
+  own.apply = [](cell::Cell&, const Eigen::VectorXd& x) { require(x(0) < 12.0, "no such cell"); };
+  own.change = [](io::Table& table, const cell::Experiment& e, const Eigen::VectorXd& x) {
+    if (const int at = table.find("i1"); e.kind == cell::Kind::Motion && at >= 0)
+      table.values.col(at) += (x(0) < 10.0 ? 0.1 * x(0) : x(0) - 9.0) * at_times(e, wave);
+  };
+  const World world(recorded(2.5, 0.0, 9));  // near 11.5, to which the first slope leads too far
+  const gap::Candidate bent = acting_in(gap::own_hypothesis(own), {0, 1});
+  const gap::NuisanceModel none;
+  const gap::FitProblem problem{world.data, none, {}, 0.0};
+  const gap::Model empty = gap::empty_model(problem, world.base);
+  for (const double begin : {0.0, 40.0}) {
+    const gap::Model found = gap::fit(problem, empty, {part(bent, begin)});
+    CHECK(found.parts[0].x(0) > 10.0);
+    CHECK(found.parts[0].x(0) < 12.0);
+  }
 }
 
 TEST_CASE("small errors of the cell take from a model what they may") {

@@ -38,7 +38,7 @@ TEST_CASE("a dropped set of effects stays dropped until it is admitted") {
   const predict::FastSimulator simulator;
   gap::ComparisonData data = gap::compare_columns(recording, simulator);
   const Eigen::VectorXd base = gap::compare_nominal(data);
-  const gap::Screen screen(data, dry_friction(recording.cell), base, 1, {});
+  const gap::Screen screen(data, dry_friction(recording.cell), recording.cell, base, 1, {});
   REQUIRE(screen.candidates().size() == 6);
   const gap::NuisanceModel scatter;
   const gap::FitProblem problem{data, scatter, {}, 0.0};

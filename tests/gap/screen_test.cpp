@@ -26,7 +26,7 @@ const std::vector<std::pair<std::string, Shape>> shapes = {{"wave", wave}, {"ram
 gap::Screen screen_of(const World& world, double lower = -1e9) {
   std::vector<gap::Hypothesis> all;
   for (const auto& [name, shape] : shapes) all.push_back(adding(name, "i1", shape, lower));
-  return gap::Screen(world.data, all, world.base, 2, {});
+  return gap::Screen(world.data, all, world.recording.cell, world.base, 2, {});
 }
 
 /// Log evidence gained by adding columns J with a Gaussian prior, the Cauchy prior counted in its place.
@@ -116,8 +116,8 @@ TEST_CASE("what no column shows is told as unseen, but for faults of the recordi
   const World world(recorded(0.0, 0.0, 15));
   gap::Hypothesis fault = adding("clock", "i3", wave);  // of a column that was not recorded
   fault.of_recording = true;
-  const gap::Screen screen(world.data, {adding("wave", "i1", wave), adding("wave", "i2", wave), fault}, world.base, 1,
-                           {});
+  const gap::Screen screen(world.data, {adding("wave", "i1", wave), adding("wave", "i2", wave), fault},
+                           world.recording.cell, world.base, 1, {});
   CHECK(screen.candidates().size() == 1);
   CHECK(std::ranges::count(screen.unseen(), gap::EffectName{"wave", "i2"}) == 1);
   CHECK(std::ranges::count(screen.unseen(), gap::EffectName{"wave", "i1"}) == 0);

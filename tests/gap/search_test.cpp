@@ -44,7 +44,7 @@ std::vector<std::string> names(const std::vector<gap::Part>& parts) {
 struct Searched {
   explicit Searched(const std::vector<double>& sizes, gap::SearchOptions options = {4, 8, 3, 1},
                     const std::string& fault = "")
-      : world(recorded(sizes, 21)), screen(world.data, hypotheses(fault), world.base, 1, {}) {
+      : world(recorded(sizes, 21)), screen(world.data, hypotheses(fault), world.recording.cell, world.base, 1, {}) {
     found = gap::search(problem, screen, world.base, options, [&](double part) { told.push_back(part); });
   }
   static std::vector<gap::Hypothesis> hypotheses(const std::string& fault) {

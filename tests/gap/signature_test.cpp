@@ -1,5 +1,6 @@
 #include "gap/screening/signature.hpp"
 
+#include <algorithm>
 #include <limits>
 #include <map>
 
@@ -40,6 +41,19 @@ Eigen::VectorXd dense(const gap::ComparisonData& data, const gap::Signature& s) 
 }
 
 }  // namespace
+
+TEST_CASE("a stacked vector is added to a signature in the blocks of some experiments") {
+  const World world(two_motions());
+  const gap::ComparisonData& data = world.data;
+  Random random(2);
+  gap::Signature sum = random_signature(data, {1, 2}, random);
+  const Eigen::VectorXd stacked = random.normal_vector(data.size), before = dense(data, sum);
+  gap::add(data, 0.5, stacked, {0}, sum);  // blocks 0 and 1
+  Eigen::VectorXd expected = before;
+  for (const int b : data.blocks_of[0]) data.blocks[b].rows_of(expected) += 0.5 * data.blocks[b].rows_of(stacked);
+  CHECK((dense(data, sum) - expected).norm() < 1e-5);
+  CHECK(std::ranges::is_sorted(sum.parts, {}, [](const auto& part) { return part.first; }));
+}
 
 TEST_CASE("sparse products and sums are those of dense vectors") {
   const World world(two_motions());

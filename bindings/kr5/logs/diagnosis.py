@@ -59,7 +59,7 @@ def diagnose_logs(
     search is as wide as the log of a real arm needs, unless options say otherwise."""
     compared = read_logs(logs, model, **reading)
     chosen = search_widely(options or kr5.gap.DiagnoseOptions(), compared)
-    return kr5.gap.diagnose(compared.recording, None, chosen, progress)
+    return kr5.arm_log.diagnose(compared.recording, None, chosen, progress)
 
 
 def search_widely(options: kr5.gap.DiagnoseOptions, compared: ComparedSource) -> kr5.gap.DiagnoseOptions:

@@ -6,10 +6,12 @@
 #include <utility>
 
 #include <kr5/arm_log/model_parts.hpp>
+#include <kr5/arm_log/servo_fit.hpp>
 #include <kr5/arm_log/torque_constants.hpp>
 #include <kr5/core/error.hpp>
 
 #include "joint_columns.hpp"
+#include "servo_diagnosis.hpp"
 
 namespace kr5::arm_log {
 
@@ -55,6 +57,14 @@ void require_plausible(const LogRecording& log) {
                         "the log and the model do not fit together; is this the model of the robot that was logged?");
 }
 
+/// The diagnosis beside what the best arm leaves.
+gap::Diagnosis diagnose_beside(const cell::Recording& recording, const cell::Simulator& simulator,
+                               const gap::DiagnoseOptions& options, const BestArmErrors& errors) {
+  const gap::DiagnoseOptions wide = widened_search(options, errors, recording.cell.robot.joints());
+  const bool of_servos = options.start.empty() && recording.cell.drives && moves_by_torque_servos(recording);
+  return of_servos ? diagnose_servos(recording, simulator, wide) : gap::diagnose(recording, simulator, wide);
+}
+
 }  // namespace
 
 std::vector<LogNote> complete_model(cell::Recording& recording, const Readings& readings, bool constants_stated) {
@@ -81,8 +91,7 @@ gap::Diagnosis diagnose(const cell::Recording& recording, const cell::Simulator&
                         const gap::DiagnoseOptions& options) {
   options.validate();
   const bool known = !options.simulator_errors.empty();
-  const BestArmErrors errors = known ? BestArmErrors{} : best_arm_errors(recording);
-  return gap::diagnose(recording, simulator, widened_search(options, errors, recording.cell.robot.joints()));
+  return diagnose_beside(recording, simulator, options, known ? BestArmErrors{} : best_arm_errors(recording));
 }
 
 LogDiagnosis diagnose_log(const ArmLog& log, const cell::Cell& model, const LogDiagnosisOptions& options,
@@ -94,8 +103,7 @@ LogDiagnosis diagnose_log(const ArmLog& log, const cell::Cell& model, const LogD
   out.notes = prepared.notes;
   out.problems = prepared.problems;
   append(out.notes, notes_of(out.best_arm, prepared.recording));
-  out.diagnosis =
-      gap::diagnose(prepared.recording, simulator, widened_search(options.search, out.best_arm, model.robot.joints()));
+  out.diagnosis = diagnose_beside(prepared.recording, simulator, options.search, out.best_arm);
   out.recording = std::move(prepared.recording);
   return out;
 }

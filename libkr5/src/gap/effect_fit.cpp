@@ -79,7 +79,7 @@ class EffectFitter {
         wanted_(wanted),
         groups_(make_groups(compared_.data)),
         empty_(empty_model(problem_, compared_.base)),
-        screen_(compared_.data, chosen(recording, wanted), compared_.base, options.threads, {}),
+        screen_(compared_.data, chosen(recording, wanted), recording.cell, compared_.base, options.threads, {}),
         ranked_(screen_.rank(problem_, empty_)) {
     add_the_others();
   }

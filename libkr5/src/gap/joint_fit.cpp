@@ -15,6 +15,7 @@
 
 #include "gap/fitting/fit.hpp"
 #include "gap/fitting/posterior.hpp"
+#include "gap/fitting/start.hpp"
 #include "gap/parallel.hpp"
 #include "gap/screening/noise.hpp"
 
@@ -106,7 +107,7 @@ Model fitted(JointData& compared, std::vector<Part> parts, int threads) {
   const auto fit_from = [&](std::vector<Part> from, const FitOptions& options) {
     Model start;
     start.residual = compared.base;
-    return fit(FitProblem{compared.data, nuisance, {}, 0.0}, start, std::move(from), options);
+    return fit(FitProblem{compared.data, nuisance, {}, 0.0, Slopes::WhereNeeded}, start, std::move(from), options);
   };
   compared.set_noise(compared.base);
   for (int round = 0; round < most_rounds; ++round) {
@@ -220,11 +221,7 @@ JointFit fit_joint_effects(const cell::Recording& recording, const cell::Simulat
   JointFit out;
   out.columns = column_fits(nominal, compared, model.residual);
   write_effects(compared.data, model, out);
-  out.cell = recording.cell;
-  for (const FittedEffect& e : out.effects) {
-    const ParameterEstimate& p = e.parameters.front();
-    cell::set_effect(out.cell, e.effect, e.target, p.name, cell::EffectValue(p.value.front()));
-  }
+  out.cell = cell_with(recording.cell, out.effects);
   out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   tell(1.0);
   return out;

@@ -1,5 +1,6 @@
 """A diagnosis that people may watch."""
 
+import kr5.arm_log
 import kr5.cell
 import kr5.gap
 
@@ -13,7 +14,7 @@ def run_diagnosis(
     from rich.progress import BarColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
     if not terminal.errors.is_terminal:
-        return kr5.gap.diagnose(recording, simulator, options)
+        return kr5.arm_log.diagnose(recording, simulator, options)
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
@@ -27,4 +28,4 @@ def run_diagnosis(
         def progress(stage: str, fraction: float) -> None:
             bars.update(bar, description=stage, completed=fraction)
 
-        return kr5.gap.diagnose(recording, simulator, options, progress)
+        return kr5.arm_log.diagnose(recording, simulator, options, progress)

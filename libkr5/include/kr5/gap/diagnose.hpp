@@ -9,6 +9,7 @@
 #include <kr5/cell/simulator.hpp>
 #include <kr5/gap/diagnosis.hpp>
 #include <kr5/gap/hypotheses.hpp>
+#include <kr5/gap/joint_fit.hpp>
 
 namespace kr5::gap {
 
@@ -28,6 +29,9 @@ struct DiagnoseOptions {
   /// them, and a column that stays off by more than twice its noise, and by more than twice `simulator_accuracy` of
   /// what it shows, is unexplained all the same.
   bool errors_of_recording = false;
+  /// Effects fitted beside each other (joint_fit.hpp), of one number each. Where slopes at the cell of the recording do
+  /// not lead to them, the search begins with them: less what does not pay, and with what they do not explain.
+  std::vector<FittedEffect> start;
   /// Hypotheses for this diagnosis only; an effect for every place is registered (kr5/cell/effect_registry.hpp).
   std::vector<Hypothesis> own_hypotheses;
   /// Called from any thread, one call at a time, with what is being done and which part of the whole is.

@@ -3,16 +3,22 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 #include <set>
 
 #include <Eigen/Cholesky>
 
+#include <kr5/core/error.hpp>
 #include <kr5/core/levenberg_marquardt.hpp>
 
 #include "gap/parallel.hpp"
 
 namespace kr5::gap {
 namespace {
+
+/// Step of finite differences of a coordinate that is large, over the coordinate.
+constexpr double relative_step = 1e-3;
 
 /// The fit experiments that any part touches.
 std::vector<int> touched(const ComparisonData& data, const std::vector<Part>& parts, cell::Split split) {
@@ -28,16 +34,67 @@ struct At {
   Eigen::Index index;
 };
 
+std::vector<At> coordinates_of(const std::vector<Part>& parts) {
+  std::vector<At> out;
+  for (std::size_t p = 0; p < parts.size(); ++p)
+    for (Eigen::Index i = 0; i < parts[p].x.size(); ++i) out.push_back({p, i});
+  return out;
+}
+
+/// Residuals at a point; nothing where there is no such cell.
+std::optional<Eigen::VectorXd> residuals_at(const ComparisonData& data, const std::vector<Part>& parts,
+                                            const std::vector<int>& experiments, const Eigen::VectorXd& base) {
+  try {
+    return residuals(data, setup_of(data, parts), experiments, base);
+  } catch (const InvalidArgument&) {
+    return std::nullopt;
+  }
+}
+
 /// What a coordinate changes in the prediction of a split, about the present point.
-Signature slope(const ComparisonData& data, std::vector<Part> parts, const At& at, cell::Split split,
+Signature slope(const ComparisonData& data, const std::vector<Part>& parts, const At& at, cell::Split split,
                 const Eigen::VectorXd& residual) {
   const Candidate& candidate = *parts[at.part].candidate;
   const Coordinate& c = candidate.hypothesis.coordinates[static_cast<std::size_t>(at.index)];
-  double& x = parts[at.part].x(at.index);
-  const double step = x + c.step <= c.upper ? c.step : -c.step;
-  x += step;
+  const double x = parts[at.part].x(at.index), size = std::max(c.step, relative_step * std::abs(x));
+  const double first = x + size <= c.upper ? size : -size;
   const std::vector<int> own = experiments_of_split(data, candidate.experiments, split);
-  return difference(data, own, residual, residuals(data, setup_of(data, parts), own, residual), 1 / step);
+  for (const double step : {first, -first}) {
+    std::vector<Part> moved = parts;
+    moved[at.part].x(at.index) += step;
+    if (const std::optional<Eigen::VectorXd> there = residuals_at(data, moved, own, residual))
+      return difference(data, own, residual, *there, 1 / step);
+  }
+  return {};
+}
+
+/// Slopes of coordinates; nothing for one whose slope is not known.
+using GivenSlopes = std::vector<std::optional<Signature>>;
+
+/// The slopes that a model has of the coordinates of other parts.
+GivenSlopes kept_slopes(const Model& from, const std::vector<Signature>& slopes, const std::vector<Part>& parts) {
+  const std::vector<At> known = slopes.empty() ? std::vector<At>{} : coordinates_of(from.parts);
+  GivenSlopes out;
+  for (const At& at : coordinates_of(parts)) {
+    const auto same = [&](const At& k) {
+      return from.parts[k.part].candidate == parts[at.part].candidate && k.index == at.index;
+    };
+    const auto found = std::ranges::find_if(known, same);
+    out.push_back(found == known.end() ? std::nullopt
+                                       : std::optional(slopes[static_cast<std::size_t>(found - known.begin())]));
+  }
+  return out;
+}
+
+/// Slopes of all coordinates, but those that are there already.
+std::vector<Signature> slopes(const ComparisonData& data, const std::vector<Part>& parts, cell::Split split,
+                              const Eigen::VectorXd& residual, GivenSlopes kept, int threads) {
+  const std::vector<At> at = coordinates_of(parts);
+  kept.resize(at.size());
+  std::vector<Signature> out(at.size());
+  parallel_for(static_cast<int>(at.size()), threads,
+               [&](int i) { out[i] = kept[i] ? std::move(*kept[i]) : slope(data, parts, at[i], split, residual); });
+  return out;
 }
 
 class Minimiser {
@@ -46,38 +103,32 @@ class Minimiser {
       : problem_(problem),
         options_(options),
         parts_(std::move(parts)),
-        touched_(touched(problem.data, parts_, cell::Split::Fit)) {
-    for (std::size_t p = 0; p < parts_.size(); ++p)
-      for (Eigen::Index i = 0; i < parts_[p].x.size(); ++i) at_.push_back({p, i});
+        touched_(touched(problem.data, parts_, cell::Split::Fit)),
+        at_(coordinates_of(parts_)) {
     clamp(parts_);
-    residual_ = evaluate(parts_, touched_, from.residual);
+    residual_ = begin(from.residual);
     chi2_ = chi2(residual_);
   }
 
   void run() {
     scan_whole(12);
-    linearise();
+    linearise(kept() ? kept_slopes(*options_.near, options_.near->jacobian, parts_) : GivenSlopes{});
     // A step that gains less than a fiftieth of what one random number is worth ends the fit.
-    LevenbergMarquardt<Eigen::Dynamic> optimizer({.max_iterations = options_.max_iterations,
-                                                  .tolerance = std::sqrt(0.02),
-                                                  .sigma = 1.0,
-                                                  .initial_damping = 1e-3});
+    Optimizer optimizer(
+        {.max_iterations = kept() ? std::min(most_steps_kept, options_.max_iterations) : options_.max_iterations,
+         .tolerance = std::sqrt(0.02),
+         .sigma = 1.0,
+         .initial_damping = 1e-3});
     optimizer.begin(normal_equations());
-    while (optimizer.running()) {
-      std::vector<Part> moved = parts_;
-      for (std::size_t i = 0; i < at_.size(); ++i)
-        moved[at_[i].part].x(at_[i].index) += optimizer.step()(static_cast<Eigen::Index>(i));
-      clamp(moved);
-      Eigen::VectorXd trial = evaluate(moved, touched_, residual_);
-      const double value = chi2(trial);
-      if (!optimizer.accept(value)) continue;
-      keep(std::move(moved), std::move(trial), value);
-      if (!optimizer.running()) break;
+    for (int round = 0; round < most_rounds; ++round) {
+      while (optimizer.running()) take_step(optimizer);
+      if (!followed() || kept() || exact_) break;
       linearise();
-      optimizer.update(normal_equations());
+      optimizer.begin(normal_equations());
     }
     scan_whole(2);
-    linearise();
+    if (!kept() && !exact_) linearise();
+    sum_up();
   }
 
   Model result() && {
@@ -91,10 +142,20 @@ class Minimiser {
   }
 
  private:
+  using Optimizer = LevenbergMarquardt<Eigen::Dynamic>;
+
+  /// Times that the slopes are simulated because the steps by those before led no further, at most.
+  static constexpr int most_rounds = 8;
+  static constexpr int most_halved = 12;
+  /// Steps by slopes of a model nearby: where these do not lead, the fit is not near.
+  static constexpr int most_steps_kept = 3;
+
   const Coordinate& coordinate(const At& at) const {
     return parts_[at.part].candidate->hypothesis.coordinates[static_cast<std::size_t>(at.index)];
   }
   bool whole(const At& at) const { return coordinate(at).whole; }
+  bool followed() const { return problem_.slopes == Slopes::WhereNeeded; }
+  bool kept() const { return followed() && options_.near; }
 
   void clamp(std::vector<Part>& parts) const {
     for (const At& at : at_) {
@@ -104,9 +165,55 @@ class Minimiser {
     }
   }
 
-  Eigen::VectorXd evaluate(const std::vector<Part>& parts, const std::vector<int>& experiments,
-                           const Eigen::VectorXd& base) const {
-    return residuals(problem_.data, setup_of(problem_.data, parts), experiments, base);
+  /// Residuals where the fit begins. Where there is no such cell, the last effect, by which the others are extended,
+  /// begins nearer to where it is off.
+  Eigen::VectorXd begin(const Eigen::VectorXd& base) {
+    for (int halved = 0; halved < most_halved && !parts_.empty(); ++halved) {
+      if (auto there = residuals_at(problem_.data, parts_, touched_, base)) return std::move(*there);
+      parts_.back().x *= 0.5;
+      clamp(parts_);
+    }
+    return residuals(problem_.data, setup_of(problem_.data, parts_), touched_, base);
+  }
+
+  /// Tries the step of the optimizer.
+  void take_step(Optimizer& optimizer) {
+    std::vector<Part> moved = parts_;
+    for (std::size_t i = 0; i < at_.size(); ++i)
+      moved[at_[i].part].x(at_[i].index) += optimizer.step()(static_cast<Eigen::Index>(i));
+    clamp(moved);
+    std::optional<Eigen::VectorXd> trial = residuals_at(problem_.data, moved, touched_, residual_);
+    const double value = trial ? chi2(*trial) : std::numeric_limits<double>::infinity();
+    if (!optimizer.accept(value)) {
+      if (!optimizer.running() || exact_ || kept()) return;
+      linearise();
+    } else {
+      if (followed()) follow(moved, *trial);
+      keep(std::move(moved), std::move(*trial), value);
+      if (!optimizer.running()) return;
+      if (!followed()) linearise();
+    }
+    optimizer.update(normal_equations());
+  }
+
+  /// Slopes that give what a step changed, and differ as little as that allows from those before (Broyden 1965), each
+  /// in the unit of what it changes.
+  void follow(const std::vector<Part>& moved, const Eigen::VectorXd& trial) {
+    Eigen::VectorXd step(gradient_.size());
+    for (Eigen::Index i = 0; i < step.size(); ++i) {
+      const At& at = at_[static_cast<std::size_t>(i)];
+      step(i) = moved[at.part].x(at.index) - parts_[at.part].x(at.index);
+    }
+    const Eigen::VectorXd weighted = information_.diagonal().cwiseProduct(step);
+    const double square = weighted.dot(step);
+    if (!(square > 0.0)) return;
+    const Eigen::ArrayXd moves = (residual_ - trial).array();
+    Eigen::VectorXd missed = moves.isNaN().select(0.0, moves) * problem_.data.use;
+    for (Eigen::Index i = 0; i < step.size(); ++i)
+      add(problem_.data, -step(i), jacobian_[static_cast<std::size_t>(i)], missed);
+    for (Eigen::Index i = 0; i < step.size(); ++i)
+      if (weighted(i) != 0.0)
+        add(problem_.data, weighted(i) / square, missed, touched_, jacobian_[static_cast<std::size_t>(i)]);
   }
 
   double chi2(const Eigen::VectorXd& residual) const {
@@ -119,11 +226,14 @@ class Minimiser {
     return out;
   }
 
-  /// Signatures at the present point, and the normal equations with the nuisance parameters marginalised.
-  void linearise() {
-    jacobian_.resize(at_.size());
-    parallel_for(static_cast<int>(at_.size()), options_.threads,
-                 [&](int i) { jacobian_[i] = slope(problem_.data, parts_, at_[i], cell::Split::Fit, residual_); });
+  /// Slopes at the present point, but those that are given.
+  void linearise(GivenSlopes given = {}) {
+    exact_ = std::ranges::none_of(given, [](const auto& slope) { return slope.has_value(); });
+    jacobian_ = slopes(problem_.data, parts_, cell::Split::Fit, residual_, std::move(given), options_.threads);
+  }
+
+  /// Information and gradient by the present slopes, the nuisance parameters marginalised.
+  void sum_up() {
     const Eigen::VectorXd r = counted_residual(problem_.data, residual_);
     information_ = gram(jacobian_, jacobian_);
     gradient_.resize(static_cast<Eigen::Index>(jacobian_.size()));
@@ -144,7 +254,8 @@ class Minimiser {
   }
 
   /// Those of the coordinates that are not held.
-  NormalEquations<Eigen::Dynamic> normal_equations() const {
+  NormalEquations<Eigen::Dynamic> normal_equations() {
+    sum_up();
     NormalEquations<Eigen::Dynamic> out(gradient_.size());
     out.information = information_;
     out.gradient = -gradient_;
@@ -158,12 +269,13 @@ class Minimiser {
     parts_ = std::move(parts);
     residual_ = std::move(residual);
     chi2_ = value;
+    exact_ = false;
   }
 
   void keep_if_better(std::vector<Part> moved) {
-    Eigen::VectorXd trial = evaluate(moved, touched_, residual_);
-    const double value = chi2(trial);
-    if (value < chi2_) keep(std::move(moved), std::move(trial), value);
+    std::optional<Eigen::VectorXd> trial = residuals_at(problem_.data, moved, touched_, residual_);
+    const double value = trial ? chi2(*trial) : chi2_;
+    if (value < chi2_) keep(std::move(moved), std::move(*trial), value);
   }
 
   /// Whole coordinates have no slope: all values near the present one are tried.
@@ -187,6 +299,7 @@ class Minimiser {
   std::vector<At> at_;
   Eigen::VectorXd residual_;
   double chi2_ = 0.0;
+  bool exact_ = false;  ///< Whether the slopes are those at the present point.
   std::vector<Signature> jacobian_;
   Eigen::MatrixXd information_;
   Eigen::VectorXd gradient_;
@@ -216,17 +329,12 @@ Eigen::VectorXd update_of(const Model& model, const Eigen::VectorXd& gradient) {
   return n > 0 ? Eigen::VectorXd(A.ldlt().solve(g)) : g;
 }
 
-/// The check experiments as the fit predicts them, with its uncertainty.
-void predict_check(const FitProblem& problem, Model& model) {
-  for (std::size_t p = 0; p < model.parts.size(); ++p)
-    for (Eigen::Index i = 0; i < model.parts[p].x.size(); ++i)
-      model.check_jacobian.push_back(slope(problem.data, model.parts, {p, i}, cell::Split::Check, model.residual));
-  const Eigen::VectorXd r = check_rest(problem, model.residual);
-  model.check_information = gram(model.check_jacobian, model.check_jacobian);
-  Eigen::VectorXd gradient(static_cast<Eigen::Index>(model.check_jacobian.size()));
-  for (Eigen::Index i = 0; i < gradient.size(); ++i) gradient(i) = dot(problem.data, model.check_jacobian[i], r);
-  model.update = update_of(model, gradient);
-  model.chi2_check = sum_of(problem.data, r, cell::Split::Check).chi2 - gradient.dot(model.update);
+/// Slopes on the check experiments.
+std::vector<Signature> check_slopes(const FitProblem& problem, const FitOptions& options, const Model& model) {
+  GivenSlopes kept;
+  if (problem.slopes == Slopes::WhereNeeded && options.near)
+    kept = kept_slopes(*options.near, options.near->check_jacobian, model.parts);
+  return slopes(problem.data, model.parts, cell::Split::Check, model.residual, std::move(kept), options.threads);
 }
 
 }  // namespace
@@ -267,9 +375,19 @@ Model fit(const FitProblem& problem, const Model& from, std::vector<Part> parts,
   Model out = std::move(minimiser).result();
   out.residual = residuals(problem.data, setup_of(problem.data, out.parts),
                            touched(problem.data, out.parts, cell::Split::Check), out.residual);
+  out.check_jacobian = check_slopes(problem, options, out);
   predict_check(problem, out);
-  out.log_evidence = log_evidence(problem, out);
   return out;
+}
+
+void predict_check(const FitProblem& problem, Model& model) {
+  const Eigen::VectorXd r = check_rest(problem, model.residual);
+  model.check_information = gram(model.check_jacobian, model.check_jacobian);
+  Eigen::VectorXd gradient(static_cast<Eigen::Index>(model.check_jacobian.size()));
+  for (Eigen::Index i = 0; i < gradient.size(); ++i) gradient(i) = dot(problem.data, model.check_jacobian[i], r);
+  model.update = update_of(model, gradient);
+  model.chi2_check = sum_of(problem.data, r, cell::Split::Check).chi2 - gradient.dot(model.update);
+  model.log_evidence = log_evidence(problem, model);
 }
 
 Eigen::VectorXd updated(const FitProblem& problem, const Model& model) {

@@ -46,17 +46,27 @@ struct Model {
   }
 };
 
+/// When slopes are simulated.
+enum class Slopes {
+  AtEachPoint,
+  WhereNeeded,  ///< Where steps lead no further, and at the end; between, they follow what the steps changed (Broyden).
+};
+
 /// What fitting needs besides the effects.
 struct FitProblem {
   const ComparisonData& data;
   const NuisanceModel& nuisance;
   NuisancePrior prior;
   double log_prior_effect = 0.0;  ///< Of one more effect among all of them.
+  Slopes slopes = Slopes::AtEachPoint;
 };
 
 struct FitOptions {
   int max_iterations = 40;
   int threads = 1;  ///< Over which the slopes of one fit are spread.
+  /// A model near the one that is fitted. Where slopes are simulated where needed, those that it has are not: a few
+  /// steps follow them, so that a fit that is not near is one of its lower likelihoods.
+  const Model* near = nullptr;
 };
 
 Setup setup_of(const ComparisonData& data, const std::vector<Part>& parts);
@@ -70,8 +80,13 @@ bool same_effects(const std::vector<Part>& a, const std::vector<Part>& b);
 Model empty_model(const FitProblem& problem, const Eigen::VectorXd& base);
 
 /// Fits all coordinates by bounded Levenberg-Marquardt on the fit experiments, from `parts`, simulating only what they
-/// touch; `from.residual` holds at least the experiments none of them touches.
+/// touch; `from.residual` holds at least the experiments none of them touches. A step to where the cell does not exist,
+/// e.g. to a joint without inertia, is shortened.
 Model fit(const FitProblem& problem, const Model& from, std::vector<Part> parts, const FitOptions& options = {});
+
+/// What a model says of the check experiments, of which it has residual and slopes: the prediction with the uncertainty
+/// of the fit, and with it the evidence.
+void predict_check(const FitProblem& problem, Model& model);
 
 /// What is counted of a model's residual when the check experiments may move its coordinates as far as the uncertainty
 /// of the fit allows: what is left then is no error of the parameters. NuisanceModel taken out.

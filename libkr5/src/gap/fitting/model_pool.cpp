@@ -5,9 +5,17 @@
 #include <iterator>
 #include <optional>
 
+#include "gap/fitting/start.hpp"
 #include "gap/parallel.hpp"
 
 namespace kr5::gap {
+
+namespace {
+
+/// Loss of log evidence by the slopes of a model from which a part of it is needed, however far they hold.
+constexpr double certain_loss = 300.0;
+
+}  // namespace
 
 const Model* ModelPool::find(const std::vector<Part>& parts) const {
   const auto has_them = [&](const Model& m) { return same_effects(m.parts, parts); };
@@ -26,22 +34,44 @@ Model ModelPool::without(const Model& model, std::size_t part) {
   std::vector<Part> parts = gap::without(model.parts, part);
   if (parts.empty()) return nominal();
   if (const Model* found = find(parts)) return *found;
-  return insert(fit(problem_, nominal(), std::move(parts)));
+  return insert(fit(problem_, nominal(), std::move(parts), {.near = &model}));
 }
 
 void ModelPool::fit_without_each(const Model& model, int threads) {
   std::vector<std::vector<Part>> sets;
-  for (std::size_t k = 0; k < model.parts.size() && model.parts.size() > 1; ++k)
-    sets.push_back(gap::without(model.parts, k));
-  extend(nominal(), std::move(sets), threads);
+  for (std::size_t k = 0; k < model.parts.size() && model.parts.size() > 1; ++k) {
+    std::vector<Part> parts = gap::without(model.parts, k);
+    if (find(parts)) continue;
+    if (problem_.slopes == Slopes::WhereNeeded && problem_.prior.size() == 0.0) {
+      Model linear = linear_without(problem_, model, k);
+      if (linear.log_evidence < model.log_evidence - certain_loss) {
+        insert(std::move(linear));
+        continue;
+      }
+    }
+    sets.push_back(std::move(parts));
+  }
+  extend(nominal(), model, std::move(sets), threads);
 }
 
 void ModelPool::extend(const Model& from, std::vector<std::vector<Part>> sets, int threads) {
+  extend(from, from, std::move(sets), threads);
+}
+
+void ModelPool::extend(const Model& from, const Model& near, std::vector<std::vector<Part>> sets, int threads) {
   std::erase_if(sets, [&](const std::vector<Part>& s) { return find(s) != nullptr; });
   std::vector<std::optional<Model>> fitted(sets.size());
   parallel_for(static_cast<int>(sets.size()), threads,
-               [&](int i) { fitted[i] = fit(problem_, from, std::move(sets[i])); });
+               [&](int i) { fitted[i] = fit(problem_, from, std::move(sets[i]), {.near = &near}); });
   for (std::optional<Model>& model : fitted) insert(std::move(*model));
+}
+
+Model ModelPool::refit(const Model& model, int threads) {
+  if (model.parts.empty()) return model;
+  Model out = fit(problem_, nominal(), model.parts, {.threads = threads});
+  for (std::vector<Model>* models : {&models_, &dropped_})
+    std::erase_if(*models, [&](const Model& m) { return same_effects(m.parts, out.parts); });
+  return insert(std::move(out));
 }
 
 void ModelPool::drop(const std::vector<Part>& parts) {

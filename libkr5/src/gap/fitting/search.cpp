@@ -9,6 +9,7 @@
 #include <set>
 #include <string>
 
+#include "gap/fitting/start.hpp"
 #include "gap/parallel.hpp"
 
 namespace kr5::gap {
@@ -82,12 +83,12 @@ double gain_in_place_of(const Part* part, const std::vector<Suggestion>& all) {
 /// A set with each of the suggestions that gain enough, and with each fault of the recording: there are few of
 /// these, and what is late in the signature of a nominal cell says little of what is late once the cell has friction.
 std::vector<std::vector<Part>> extended(const Model& model, const std::vector<Suggestion>& all, double gain,
-                                        const SearchOptions& options) {
+                                        const SearchOptions& options, bool with_faults = true) {
   const auto is_fault = [](const Suggestion& s) { return s.part.candidate->hypothesis.of_recording; };
   std::vector<Suggestion> tried;
   for (const Suggestion& s : worth(all, options.refits / 2))
     if (s.score > gain && !is_fault(s)) tried.push_back(s);
-  std::ranges::copy_if(all, std::back_inserter(tried), is_fault);
+  if (with_faults) std::ranges::copy_if(all, std::back_inserter(tried), is_fault);
   for (Suggestion& s : tried)  // the signature may have led to none of it at all
     if (is_fault(s) && s.part.x.isZero()) s.part.x = s.part.candidate->hypothesis.probes.front().points.front();
   std::vector<std::vector<Part>> out;
@@ -124,7 +125,33 @@ class Searcher {
     return result();
   }
 
+  /// From a fitted set: less what does not pay, then one effect more as long as that does.
+  std::vector<Model> run_from(const Eigen::VectorXd& base, const Model& start) {
+    models_.push_back(std::make_unique<Model>(empty_model(problem_, base)));
+    keep(start);
+    keep(without_idle(problem_, base, start, options_.threads));
+    for (int round = 0; round < options_.max_effects; ++round) {
+      const Model best = *ranked(-1).front();
+      for (std::vector<Part>& parts : extended(best, rank_beside(problem_, screen_, best, options_), 0.0, options_))
+        add({&best, std::move(parts)});
+      const double from = 0.1 + 0.9 * round / options_.max_effects, to = from + 0.9 / options_.max_effects;
+      fit_all(from, to);
+      const Model& found = *ranked(-1).front();
+      if (same_effects(found.parts, best.parts)) break;
+      keep(without_idle(problem_, base, found, options_.threads));
+    }
+    drop_needless();
+    fit_all(1.0, 1.0);
+    return result();
+  }
+
  private:
+  void keep(Model model) {
+    if (!known_.insert(names_of(model.parts)).second) return;
+    model.log_evidence = log_evidence(problem_, model);
+    models_.push_back(std::make_unique<Model>(std::move(model)));
+  }
+
   void add(Task task) {
     if (known_.insert(names_of(task.parts)).second) tasks_.push_back(std::move(task));
   }
@@ -133,7 +160,7 @@ class Searcher {
     std::vector<std::unique_ptr<Model>> fitted(tasks_.size());
     std::atomic<int> done{0};
     parallel_for(static_cast<int>(tasks_.size()), options_.threads, [&](int i) {
-      fitted[i] = std::make_unique<Model>(fit(problem_, *tasks_[i].from, tasks_[i].parts));
+      fitted[i] = std::make_unique<Model>(fit(problem_, *tasks_[i].from, tasks_[i].parts, {.near = tasks_[i].from}));
       if (progress_) progress_(from + (to - from) * ++done / static_cast<double>(tasks_.size()));
     });
     for (auto& model : fitted) models_.push_back(std::move(model));
@@ -210,10 +237,17 @@ std::vector<Model> search(const FitProblem& problem, Screen& screen, const Eigen
   return Searcher(problem, screen, options, progress).run(base);
 }
 
+std::vector<Model> search_from(const FitProblem& problem, Screen& screen, const Eigen::VectorXd& base,
+                               const Model& start, const SearchOptions& options,
+                               const std::function<void(double)>& progress) {
+  return Searcher(problem, screen, options, progress).run_from(base, start);
+}
+
 std::vector<std::vector<Part>> extensions(const FitProblem& problem, Screen& screen, const Model& model,
-                                          const SearchOptions& options, const Part* replaced) {
+                                          const SearchOptions& options, const Part* replaced, double lost) {
   const std::vector<Suggestion> all = rank_beside(problem, screen, model, options);
-  return extended(model, all, gain_in_place_of(replaced, all), options);
+  const double least = std::max(gain_in_place_of(replaced, all), near_part * lost - near_margin);
+  return extended(model, all, least, options, !options.from_start || !replaced);
 }
 
 }  // namespace kr5::gap

@@ -115,7 +115,8 @@ std::vector<Part> Fitted::parts() const {
 
 std::vector<Fitted> fit_alternatives(const FitContext& context, const std::vector<Alternative>& alternatives,
                                      const PlanOptions& options) {
-  Screen screen(context.data, hypotheses_of(context, alternatives, options), context.base, options.threads, {});
+  Screen screen(context.data, hypotheses_of(context, alternatives, options), context.data.recording->cell, context.base,
+                options.threads, {});
   const NuisanceModel none;
   const FitProblem problem{context.data, none, {}, 0.0};
   const Model empty = empty_model(problem, context.base);

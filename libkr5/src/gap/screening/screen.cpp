@@ -119,16 +119,28 @@ bool has(const Model& model, const Hypothesis& h) {
   });
 }
 
+/// Residuals of a cell with a hypothesis at x; those of the cell alone where there is no such cell.
+Eigen::VectorXd residuals_with(const ComparisonData& data, const cell::Cell& about, const Hypothesis& h,
+                               const Eigen::VectorXd& x, const std::vector<int>& experiments,
+                               const Eigen::VectorXd& base) {
+  Setup setup = about;
+  apply(setup, h, x);
+  try {
+    return residuals(data, setup, experiments, base);
+  } catch (const InvalidArgument&) {
+    return base;
+  }
+}
+
 /// Simulates the signatures of a candidate on the fit experiments.
-void simulate(const ComparisonData& data, Candidate& candidate, const Eigen::VectorXd& base) {
+void simulate(const ComparisonData& data, Candidate& candidate, const cell::Cell& about, const Eigen::VectorXd& base) {
   const std::vector<int> experiments = experiments_of_split(data, candidate.experiments, cell::Split::Fit);
   for (const Probe& probe : candidate.hypothesis.probes) {
     std::vector<Signature> columns;
     for (const Eigen::VectorXd& x : probe.points) {
-      Setup setup = data.recording->cell;
-      apply(setup, candidate.hypothesis, x);
       const double factor = probe.points.size() == 1 ? 1 / x(0) : 1.0;
-      columns.push_back(difference(data, experiments, base, residuals(data, setup, experiments, base), factor));
+      const Eigen::VectorXd with = residuals_with(data, about, candidate.hypothesis, x, experiments, base);
+      columns.push_back(difference(data, experiments, base, with, factor));
     }
     if (std::any_of(columns.begin(), columns.end(), [](const Signature& s) { return !s.empty(); }) &&
         !(probe.indivisible && columns.size() == 2 && parallel(columns[0], columns[1])))
@@ -162,8 +174,8 @@ Eigen::VectorXd nearly_off(const Hypothesis& h) {
   return x;
 }
 
-Screen::Screen(const ComparisonData& data, std::vector<Hypothesis> hypotheses, const Eigen::VectorXd& base, int threads,
-               const Progress& progress)
+Screen::Screen(const ComparisonData& data, std::vector<Hypothesis> hypotheses, const cell::Cell& about,
+               const Eigen::VectorXd& base, int threads, const Progress& progress)
     : threads_(threads) {
   const std::size_t plain = hypotheses.size();
   const std::vector<PeriodicEffect> periodic = periodic_effects(data.recording->cell);
@@ -175,7 +187,7 @@ Screen::Screen(const ComparisonData& data, std::vector<Hypothesis> hypotheses, c
   std::atomic<int> done{0};
   parallel_for(static_cast<int>(all.size()), threads, [&](int i) {
     all[i]->experiments = touch.experiments(all[i]->hypothesis);
-    simulate(data, *all[i], base);
+    simulate(data, *all[i], about, base);
     if (progress) progress(static_cast<double>(++done) / static_cast<double>(all.size()));
   });
   std::vector<Carrier> carriers;

@@ -35,9 +35,10 @@ class Screen {
  public:
   using Progress = std::function<void(double fraction)>;
 
-  /// Simulates the signatures of all hypotheses on the fit experiments.
-  Screen(const ComparisonData& data, std::vector<Hypothesis> hypotheses, const Eigen::VectorXd& base, int threads,
-         const Progress& progress);
+  /// Simulates the signatures of all hypotheses on the fit experiments: what each changes of a cell, that of the
+  /// recording or one with other effects, whose residuals are `base`.
+  Screen(const ComparisonData& data, std::vector<Hypothesis> hypotheses, const cell::Cell& about,
+         const Eigen::VectorXd& base, int threads, const Progress& progress);
 
   /// All effects, best first, on what `model` leaves; effects and targets that it has are left out.
   std::vector<Suggestion> rank(const FitProblem& problem, const Model& model);

@@ -106,6 +106,19 @@ void add(const ComparisonData& data, double factor, const Signature& a, Eigen::V
   for (const auto& [block, values] : a.parts) data.blocks[block].rows_of(stacked) += factor * values.cast<double>();
 }
 
+void add(const ComparisonData& data, double factor, const Eigen::VectorXd& stacked, const std::vector<int>& experiments,
+         Signature& out) {
+  for (const int e : experiments)
+    for (const int b : data.blocks_of[e]) {
+      const auto at = std::ranges::lower_bound(out.parts, b, {}, [](const auto& part) { return part.first; });
+      const Eigen::VectorXf more = (factor * data.blocks[b].rows_of(stacked)).cast<float>();
+      if (at != out.parts.end() && at->first == b)
+        at->second += more;
+      else
+        out.parts.insert(at, {b, more});
+    }
+}
+
 Eigen::MatrixXd gram(const std::vector<Signature>& a, const std::vector<Signature>& b) {
   Eigen::MatrixXd out(a.size(), b.size());
   for (std::size_t i = 0; i < a.size(); ++i)

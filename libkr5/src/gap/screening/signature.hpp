@@ -26,6 +26,9 @@ double dot(const Signature& a, const Signature& b);
 double dot(const ComparisonData& data, const Signature& a, const Eigen::VectorXd& stacked);
 /// stacked += factor a
 void add(const ComparisonData& data, double factor, const Signature& a, Eigen::VectorXd& stacked);
+/// out += factor times what a stacked vector holds of these experiments.
+void add(const ComparisonData& data, double factor, const Eigen::VectorXd& stacked, const std::vector<int>& experiments,
+         Signature& out);
 Eigen::MatrixXd gram(const std::vector<Signature>& a, const std::vector<Signature>& b);
 
 /// Prediction less prediction, from residuals `before` and `after` of these experiments: before - after.

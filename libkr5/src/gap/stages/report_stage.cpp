@@ -25,7 +25,8 @@ void add_findings(const CompareOutput& compared, const NoiseOutput& noise, const
   out.outliers = judged.late_spikes;
   out.clock_faults = judged.clock_faults;
   if (judged.found.cut_short) out.sets_limit = static_cast<int>(most_examined);
-  if (static_cast<int>(judged.causes.size()) >= options.max_effects) out.effects_limit = options.max_effects;
+  if (!screened.start && static_cast<int>(judged.causes.size()) >= options.max_effects)
+    out.effects_limit = options.max_effects;
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <iterator>
 #include <utility>
 
+#include "gap/fitting/start.hpp"
 #include "gap/recording_scope.hpp"
 #include "gap/screening/geometry_prior.hpp"
 #include "gap/screening/pose_noise.hpp"
@@ -24,6 +25,37 @@ std::vector<Hypothesis> all_hypotheses(const cell::Recording& recording, const D
   return out;
 }
 
+bool names(const FittedEffect& fitted, const Hypothesis& h) {
+  return fitted.effect == h.effect && fitted.target == h.target && h.size() == 1;
+}
+
+/// The start of the options, if it is out of reach of the nominal cell.
+std::optional<FarStart> far_start(const NoiseOutput& noise, const std::vector<Hypothesis>& hypotheses,
+                                  const DiagnoseOptions& options) {
+  if (options.start.empty()) return std::nullopt;
+  std::vector<int> compared;
+  for (std::size_t e = 0; e < noise.data.blocks_of.size(); ++e)
+    if (!noise.data.blocks_of[e].empty()) compared.push_back(static_cast<int>(e));
+  FarStart out;
+  for (const Hypothesis& h : hypotheses)
+    if (std::ranges::any_of(options.start, [&](const FittedEffect& e) { return names(e, h); }))
+      out.candidates.push_back(std::make_shared<Candidate>(Candidate{h, compared, {}}));
+  const NuisanceModel none;
+  const FitProblem problem{noise.data, none, {}, 0.0, Slopes::WhereNeeded};
+  out.model = fit_start(problem, noise.base, options.start, out.candidates, options.threads);
+  if (in_reach(noise.data, out.model, noise.base)) return std::nullopt;
+  return out;
+}
+
+/// Lets the parts of a start be candidates of the screen, where it has them.
+void adopt(const Screen& screen, FarStart& start) {
+  for (Part& part : start.model.parts)
+    for (const auto& candidate : screen.candidates())
+      if (candidate->hypothesis.effect == part.candidate->hypothesis.effect &&
+          candidate->hypothesis.target == part.candidate->hypothesis.target)
+        part.candidate = candidate.get();
+}
+
 std::vector<const Hypothesis*> acting_on_poses(const Screen& screen, const cell::Recording& recording) {
   std::vector<const Hypothesis*> out;
   for (const auto& candidate : screen.candidates())
@@ -37,19 +69,24 @@ std::vector<const Hypothesis*> acting_on_poses(const Screen& screen, const cell:
 
 ScreenOutput screen_stage(const NoiseOutput& noise, const DiagnoseOptions& options) {
   const cell::Recording& recording = *noise.data.recording;
+  std::vector<Hypothesis> all = all_hypotheses(recording, options);
+  std::optional<FarStart> start = far_start(noise, all, options);
+  const cell::Cell about = start ? setup_of(noise.data, start->model.parts).cell : recording.cell;
   ScreenOutput out{noise.data,
                    noise.base,
-                   Screen(noise.data, all_hypotheses(recording, options), noise.base, options.threads,
-                          [&](double fraction) { tell(options, screening_step, fraction); }),
+                   Screen(noise.data, std::move(all), about, start ? start->model.residual : noise.base,
+                          options.threads, [&](double fraction) { tell(options, screening_step, fraction); }),
                    {},
                    {},
                    {},
-                   0};
+                   0,
+                   std::move(start)};
+  if (out.start) adopt(out.screen, *out.start);
   const std::vector<NoiseScale> scales =
       pose_noise_scales(out.data, out.base, acting_on_poses(out.screen, recording), out.stray_poses);
   out.pose_noise = correct_wrong(out.data, scales, out.base);
   out.groups = make_groups(out.data);
-  out.nuisance = make_nuisance_model(out.data, out.base, options.threads);
+  if (!out.start) out.nuisance = make_nuisance_model(out.data, out.base, options.threads);
   return out;
 }
 

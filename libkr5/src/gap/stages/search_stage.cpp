@@ -23,8 +23,10 @@ constexpr std::size_t models_with_nuisance = 3;
 /// Iterations that refit a model beside nuisance parameters.
 constexpr int nuisance_iterations = 3;
 
-SearchOptions search_options(const DiagnoseOptions& options) {
-  return {options.max_effects, options.refits, options.beam, options.threads};
+/// Effects with which a search begins are beside as many as asked for.
+SearchOptions search_options(const DiagnoseOptions& options, const ScreenOutput& screened) {
+  const int begun = screened.start ? static_cast<int>(screened.start->model.parts.size()) : 0;
+  return {options.max_effects + begun, options.refits, options.beam, options.threads, screened.start.has_value()};
 }
 
 double log_prior_of_effect(const Screen& screen) {
@@ -34,16 +36,18 @@ double log_prior_of_effect(const Screen& screen) {
 std::vector<Model> search_with(const FitProblem& problem, Screen& screen, const ScreenOutput& screened,
                                const DiagnoseOptions& options) {
   const Step& step = problem.prior.size() > 0 ? nuisance_step : refitting_step;
-  return search(problem, screen, screened.base, search_options(options),
-                [&](double fraction) { tell(options, step, fraction); });
+  const auto progress = [&](double fraction) { tell(options, step, fraction); };
+  const SearchOptions how = search_options(options, screened);
+  return screened.start ? search_from(problem, screen, screened.base, screened.start->model, how, progress)
+                        : search(problem, screen, screened.base, how, progress);
 }
 
 /// The size of nuisance parameters under which a fitted model is most likely.
-double best_nuisance_size(const ScreenOutput& screened, double log_prior_effect, const Model& model) {
+double best_nuisance_size(const ScreenOutput& screened, double log_prior_effect, Slopes slopes, const Model& model) {
   double best = 0.0, most = 0.0;
   for (const double size : nuisance_sizes) {
-    const FitProblem problem{screened.data, screened.nuisance, NuisancePrior(screened.nuisance, size),
-                             log_prior_effect};
+    const FitProblem problem{screened.data, screened.nuisance, NuisancePrior(screened.nuisance, size), log_prior_effect,
+                             slopes};
     const Model fitted = model.parts.empty()
                              ? empty_model(problem, screened.base)
                              : fit(problem, model, model.parts, {.max_iterations = nuisance_iterations});
@@ -61,14 +65,16 @@ double best_nuisance_size(const ScreenOutput& screened, double log_prior_effect,
 SearchOutput find_models(const ScreenOutput& screened, Screen& screen, const DiagnoseOptions& options) {
   SearchOutput out;
   out.log_prior_effect = log_prior_of_effect(screen);
+  if (!options.start.empty()) out.slopes = Slopes::WhereNeeded;
   out.models.kept = search_with(out.problem(screened.data, screened.nuisance), screen, screened, options);
+  if (screened.start) return out;
   double size = 0.0;
   const std::size_t tried = std::min(out.models.kept.size(), models_with_nuisance);
   for (std::size_t i = 0; i < tried && size == 0.0; ++i)
-    size = best_nuisance_size(screened, out.log_prior_effect, out.models.kept[i]);
+    size = best_nuisance_size(screened, out.log_prior_effect, out.slopes, out.models.kept[i]);
   if (size == 0.0) return out;
-  const FitProblem wider{screened.data, screened.nuisance, NuisancePrior(screened.nuisance, size),
-                         out.log_prior_effect};
+  const FitProblem wider{screened.data, screened.nuisance, NuisancePrior(screened.nuisance, size), out.log_prior_effect,
+                         out.slopes};
   std::vector<Model> with = search_with(wider, screen, screened, options);
   if (with.front().log_evidence - nuisance_pays > out.models.kept.front().log_evidence &&
       within_nuisance(wider, with.front())) {
@@ -82,8 +88,25 @@ SearchOutput find_models(const ScreenOutput& screened, Screen& screen, const Dia
 /// sets with effects that turned out needless, or that stood for two others.
 class NeededEffects {
  public:
-  NeededEffects(ModelPool& models, Screen& screen, const std::vector<Group>& groups, const DiagnoseOptions& options)
-      : models_(models), screen_(screen), groups_(groups), options_(options) {}
+  NeededEffects(ModelPool& models, Screen& screen, const ScreenOutput& screened, const DiagnoseOptions& options)
+      : models_(models),
+        screen_(screen),
+        groups_(screened.groups),
+        options_(options),
+        search_(search_options(options, screened)) {}
+
+  /// Of a search that began with many effects: takes away at once what is needless, and looks at what may stand in the
+  /// place of the rest. Combinations of such exchanges are too many to look at.
+  void keep_of_many() {
+    drop_all_needless();
+    const Model best = models_.refit(models_.best(), options_.threads);
+    extend(best);
+    for (std::size_t k = 0; k < best.parts.size(); ++k)
+      if (const Part& part = best.parts[k]; !part.candidate->hypothesis.of_recording)
+        extend_in_place_of(part, best, models_.without(best, k));
+    drop_all_needless();
+    models_.refit(models_.best(), options_.threads);
+  }
 
   /// Leaves the best model without needless effects; false: there were too many sets to look at.
   bool keep() {
@@ -120,8 +143,30 @@ class NeededEffects {
 
   void extend(const Model& model, const Part* replaced = nullptr) {
     tell_step();
-    models_.extend(model, extensions(models_.problem(), screen_, model, search_options(options_), replaced),
-                   options_.threads);
+    models_.extend(model, extensions(models_.problem(), screen_, model, search_, replaced), options_.threads);
+  }
+
+  /// Exchanges a part of a model for what gains about as much as was lost without it.
+  void extend_in_place_of(const Part& part, const Model& model, const Model& without) {
+    const double lost = model.log_evidence - without.log_evidence;
+    models_.extend(without, extensions(models_.problem(), screen_, without, search_, &part, lost), options_.threads);
+  }
+
+  /// Takes the needless effects from the best model until it has none, and away what was likelier.
+  void drop_all_needless() {
+    for (Model model = models_.best();;) {
+      tell_step();
+      models_.fit_without_each(model, options_.threads);
+      std::vector<Part> needed;
+      for (std::size_t k = 0; k < model.parts.size(); ++k)
+        if (!is_needless(models_, groups_, model, k, options_)) needed.push_back(model.parts[k]);
+      models_.admit(model.parts);
+      while (!same_effects(models_.best().parts, model.parts)) models_.drop(models_.best().parts);
+      if (needed.size() == model.parts.size()) return;
+      models_.drop(model.parts);
+      if (!needed.empty()) models_.extend(model, {needed}, options_.threads);
+      model = models_.fitted(needed);
+    }
   }
 
   /// Takes away models with a needless effect, until the best has none.
@@ -140,6 +185,7 @@ class NeededEffects {
   Screen& screen_;
   const std::vector<Group>& groups_;
   const DiagnoseOptions& options_;
+  SearchOptions search_;
   std::vector<std::vector<Part>> seen_;
   int checked_ = 0;
 };
@@ -151,7 +197,11 @@ SearchOutput search_stage(const ScreenOutput& screened, const DiagnoseOptions& o
   SearchOutput out = find_models(screened, screen, options);
   const FitProblem problem = out.problem(screened.data, screened.nuisance);
   ModelPool models(problem, screened.base, std::move(out.models));
-  out.cut_short = !NeededEffects(models, screen, screened.groups, options).keep();
+  NeededEffects needed(models, screen, screened, options);
+  if (screened.start)
+    needed.keep_of_many();
+  else
+    out.cut_short = !needed.keep();
   out.models = std::move(models).take();
   out.candidates = screen.candidates();
   return out;

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "servo_diagnosis.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <ranges>
+#include <string>
+#include <vector>
+
+#include <kr5/arm_log/servo_fit.hpp>
+
+namespace kr5::arm_log {
+
+namespace {
+
+/// Parts of the time that fit and first diagnosis take, about.
+constexpr double fit_part = 0.3, first_part = 0.6;
+/// Of the noise, that a fit may leave by chance.
+constexpr double by_chance = 0.1;
+
+/// A listener to one part of the whole.
+std::function<void(const std::string&, double)> part_of(const gap::DiagnoseOptions& options, double from, double to) {
+  if (!options.progress) return {};
+  return [listener = options.progress, from, to](const std::string& stage, double fraction) {
+    listener(stage, from + (to - from) * fraction);
+  };
+}
+
+gap::JointFit fitted_servos(const cell::Recording& recording, const gap::DiagnoseOptions& options) {
+  ServoFitOptions fitting{.threads = options.threads, .progress = {}};
+  if (const auto tell = part_of(options, 0.0, fit_part))
+    fitting.progress = [tell](double fraction) { tell("fitting the servos", fraction); };
+  return identify_servos(recording, fitting);
+}
+
+/// What a fit leaves beyond noise, beside the errors that are known already.
+std::vector<gap::ColumnError> errors_of(const gap::JointFit& fit, std::vector<gap::ColumnError> known) {
+  for (const gap::ColumnFit& column : fit.columns) {
+    const double off = std::max(column.after, column.check_after), noise = column.noise;
+    const double beyond = std::sqrt(std::max(off * off - noise * noise, by_chance * by_chance * noise * noise));
+    if (std::ranges::none_of(known, [&](const gap::ColumnError& e) { return e.column == column.column; }))
+      known.push_back({column.column, beyond});
+  }
+  return known;
+}
+
+}  // namespace
+
+gap::Diagnosis diagnose_servos(const cell::Recording& recording, const cell::Simulator& simulator,
+                               const gap::DiagnoseOptions& options) {
+  const gap::JointFit fit = fitted_servos(recording, options);
+  gap::DiagnoseOptions search = options;
+  search.start = fit.effects;
+  search.progress = part_of(options, fit_part, first_part);
+  gap::Diagnosis out = gap::diagnose(recording, simulator, search);
+  const bool done = out.verdict == gap::Verdict::NoGap || out.verdict == gap::Verdict::Explained;
+  const bool errors_stated = !options.simulator_errors.empty() && !options.errors_of_recording;
+  if (done || errors_stated) return out;
+  search.simulator_errors = errors_of(fit, options.simulator_errors);
+  search.errors_of_recording = true;
+  search.progress = part_of(options, first_part, 1.0);
+  return gap::diagnose(recording, simulator, search);
+}
+
+}  // namespace kr5::arm_log
