@@ -24,7 +24,7 @@ namespace {
 /// An arm with torque servos, of which effects of each kind of coordinate exist.
 cell::Cell servo_cell() {
   cell::Cell out = cell::load_cell(KR5_SHARE_DIR "/cells/kr5_arc.yaml");
-  out.servo = cell::Servo{};
+  out.servo->joint.clear();
   out.servo->torque.assign(6, {.stiffness = 40.0, .damping = 2.0});
   return out;
 }
@@ -51,22 +51,24 @@ TEST_CASE("the coordinate of an effect is found from its value, in every kind of
   const cell::Cell cell = servo_cell();
   struct Case {
     const char* effect;
+    const char* target;
     const char* parameter;
     std::vector<double> values;
   };
-  const Case cases[] = {{"servo_stiffness", "stiffness", {40.0, 0.9, 7000.0}},  // a ratio
-                        {"servo_damping", "damping", {0.0, 1e-3, 2.0, 30.0}},   // linear, at its bound too
-                        {"torque_limit", "torque", {0.5, 12.0}},                // a reciprocal
-                        {"coulomb_friction", "coulomb", {0.0, 3.0, 80.0}}};
+  const Case cases[] = {{"tool_damping", "servo", "damping_ratio", {0.3, 1.7}},  // a ratio
+                        {"servo_stiffness", "joint2", "stiffness", {40.0, 0.9, 7000.0}},
+                        {"servo_damping", "joint2", "damping", {0.0, 1e-3, 2.0, 30.0}},  // linear, at its bound too
+                        {"torque_limit", "joint2", "torque", {0.5, 12.0}},               // a reciprocal
+                        {"coulomb_friction", "joint2", "coulomb", {0.0, 3.0, 80.0}}};
   for (const Case& c : cases)
     for (const double value : c.values) {
       INFO(c.effect << " " << value);
-      const gap::Hypothesis h = hypothesis_of(cell, c.effect, "joint2");
+      const gap::Hypothesis h = hypothesis_of(cell, c.effect, c.target);
       const std::optional<double> x = gap::coordinate_at(cell, h, value);
       REQUIRE(x);
       cell::Cell moved = cell;
       h.apply(moved, Eigen::VectorXd::Constant(1, *x));
-      const auto there = cell::get_effect(moved.effects, c.effect, "joint2", c.parameter);
+      const auto there = cell::get_effect(moved.effects, c.effect, c.target, c.parameter);
       REQUIRE(there);
       CHECK(std::get<double>(*there) == Approx(value).margin(1e-9));
     }

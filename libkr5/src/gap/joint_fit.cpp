@@ -28,6 +28,9 @@ using Eigen::VectorXd;
 
 /// Residuals nearer than this count as dependent [s].
 constexpr double dependent_time = 2.0;
+/// Width of the prior of an effect about its value in the cell where the fit begins: tenfold, for a usual size of a
+/// fifth.
+constexpr double weak_prior = 50.0;
 /// Rounds of a fit with the noise that the one before left, and the factor from which that is the same.
 constexpr int most_rounds = 3;
 constexpr double same_noise = 0.8;
@@ -107,7 +110,8 @@ Model fitted(JointData& compared, std::vector<Part> parts, int threads) {
   const auto fit_from = [&](std::vector<Part> from, const FitOptions& options) {
     Model start;
     start.residual = compared.base;
-    return fit(FitProblem{compared.data, nuisance, {}, 0.0, Slopes::WhereNeeded}, start, std::move(from), options);
+    return fit(FitProblem{compared.data, nuisance, {}, 0.0, Slopes::WhereNeeded, weak_prior}, start, std::move(from),
+               options);
   };
   compared.set_noise(compared.base);
   for (int round = 0; round < most_rounds; ++round) {

@@ -19,6 +19,10 @@ namespace {
 
 /// Step of finite differences of a coordinate that is large, over the coordinate.
 constexpr double relative_step = 1e-3;
+/// Steps of slopes that are followed, over those of others, and to both sides: of stiffness, damping, friction and
+/// inertia of a joint, all by one factor, the slopes nearly cancel, and what an error of them leaves counts as
+/// information.
+constexpr double fine_step = 0.1;
 
 /// The fit experiments that any part touches.
 std::vector<int> touched(const ComparisonData& data, const std::vector<Part>& parts, cell::Split split) {
@@ -51,21 +55,36 @@ std::optional<Eigen::VectorXd> residuals_at(const ComparisonData& data, const st
   }
 }
 
+/// Of the changes to both sides their mean; of a sample in which they differ by more than that, the smaller one: the
+/// other crossed an instant at which a joint came to rest.
+Eigen::VectorXd slope_of_sides(const Eigen::VectorXd& forward, const Eigen::VectorXd& backward) {
+  const Eigen::ArrayXd f = forward.array(), b = backward.array();
+  const Eigen::ArrayXd smaller = (f.abs() < b.abs()).select(f, b);
+  return ((f - b).abs() > (f + b).abs()).select(smaller, 0.5 * (f + b));
+}
+
 /// What a coordinate changes in the prediction of a split, about the present point.
-Signature slope(const ComparisonData& data, const std::vector<Part>& parts, const At& at, cell::Split split,
+Signature slope(const FitProblem& problem, const std::vector<Part>& parts, const At& at, cell::Split split,
                 const Eigen::VectorXd& residual) {
+  const ComparisonData& data = problem.data;
   const Candidate& candidate = *parts[at.part].candidate;
   const Coordinate& c = candidate.hypothesis.coordinates[static_cast<std::size_t>(at.index)];
-  const double x = parts[at.part].x(at.index), size = std::max(c.step, relative_step * std::abs(x));
-  const double first = x + size <= c.upper ? size : -size;
+  const double x = parts[at.part].x(at.index);
+  const bool both = problem.slopes == Slopes::WhereNeeded && !c.whole;
+  const double size = (both ? fine_step : 1.0) * std::max(c.step, relative_step * std::abs(x));
   const std::vector<int> own = experiments_of_split(data, candidate.experiments, split);
-  for (const double step : {first, -first}) {
+  std::vector<Eigen::VectorXd> sides;  // what a step to this side changes, over the step
+  for (const double step : {size, -size}) {
+    if (x + step > c.upper || (both && x + step < c.lower)) continue;
     std::vector<Part> moved = parts;
     moved[at.part].x(at.index) += step;
     if (const std::optional<Eigen::VectorXd> there = residuals_at(data, moved, own, residual))
-      return difference(data, own, residual, *there, 1 / step);
+      sides.emplace_back((residual - *there) / step);
+    if (!both && !sides.empty()) break;
   }
-  return {};
+  if (sides.empty()) return {};
+  const Eigen::VectorXd slope = sides.size() == 2 ? slope_of_sides(sides[0], sides[1]) : sides[0];
+  return difference(data, own, residual, residual - slope);
 }
 
 /// Slopes of coordinates; nothing for one whose slope is not known.
@@ -87,13 +106,13 @@ GivenSlopes kept_slopes(const Model& from, const std::vector<Signature>& slopes,
 }
 
 /// Slopes of all coordinates, but those that are there already.
-std::vector<Signature> slopes(const ComparisonData& data, const std::vector<Part>& parts, cell::Split split,
+std::vector<Signature> slopes(const FitProblem& problem, const std::vector<Part>& parts, cell::Split split,
                               const Eigen::VectorXd& residual, GivenSlopes kept, int threads) {
   const std::vector<At> at = coordinates_of(parts);
   kept.resize(at.size());
   std::vector<Signature> out(at.size());
   parallel_for(static_cast<int>(at.size()), threads,
-               [&](int i) { out[i] = kept[i] ? std::move(*kept[i]) : slope(data, parts, at[i], split, residual); });
+               [&](int i) { out[i] = kept[i] ? std::move(*kept[i]) : slope(problem, parts, at[i], split, residual); });
   return out;
 }
 
@@ -107,24 +126,25 @@ class Minimiser {
         at_(coordinates_of(parts_)) {
     clamp(parts_);
     residual_ = begin(from.residual);
-    chi2_ = chi2(residual_);
+    chi2_ = cost(parts_, residual_);
   }
 
   void run() {
     scan_whole(12);
     linearise(kept() ? kept_slopes(*options_.near, options_.near->jacobian, parts_) : GivenSlopes{});
     // A step that gains less than a fiftieth of what one random number is worth ends the fit.
-    Optimizer optimizer(
-        {.max_iterations = kept() ? std::min(most_steps_kept, options_.max_iterations) : options_.max_iterations,
-         .tolerance = std::sqrt(0.02),
-         .sigma = 1.0,
-         .initial_damping = 1e-3});
-    optimizer.begin(normal_equations());
+    LevenbergMarquardtOptions how{
+        .max_iterations = kept() ? std::min(most_steps_kept, options_.max_iterations) : options_.max_iterations,
+        .tolerance = std::sqrt(0.02),
+        .sigma = 1.0,
+        .initial_damping = 1e-3};
     for (int round = 0; round < most_rounds; ++round) {
+      Optimizer optimizer(how);
+      optimizer.begin(normal_equations());
       while (optimizer.running()) take_step(optimizer);
       if (!followed() || kept() || exact_) break;
       linearise();
-      optimizer.begin(normal_equations());
+      how.initial_damping = along_valleys;
     }
     scan_whole(2);
     if (!kept() && !exact_) linearise();
@@ -147,6 +167,8 @@ class Minimiser {
   /// Times that the slopes are simulated because the steps by those before led no further, at most.
   static constexpr int most_rounds = 8;
   static constexpr int most_halved = 12;
+  /// Damping with which a fit goes on, which is small beside the least curvature of what the data tell.
+  static constexpr double along_valleys = 1e-9;
   /// Steps by slopes of a model nearby: where these do not lead, the fit is not near.
   static constexpr int most_steps_kept = 3;
 
@@ -183,7 +205,7 @@ class Minimiser {
       moved[at_[i].part].x(at_[i].index) += optimizer.step()(static_cast<Eigen::Index>(i));
     clamp(moved);
     std::optional<Eigen::VectorXd> trial = residuals_at(problem_.data, moved, touched_, residual_);
-    const double value = trial ? chi2(*trial) : std::numeric_limits<double>::infinity();
+    const double value = trial ? cost(moved, *trial) : std::numeric_limits<double>::infinity();
     if (!optimizer.accept(value)) {
       if (!optimizer.running() || exact_ || kept()) return;
       linearise();
@@ -226,10 +248,19 @@ class Minimiser {
     return out;
   }
 
+  double cost(const std::vector<Part>& parts, const Eigen::VectorXd& residual) const {
+    double out = chi2(residual);
+    for (const Part& part : parts) out += weight() * part.x.squaredNorm();
+    return out;
+  }
+
+  /// Of the prior of a coordinate.
+  double weight() const { return problem_.width > 0.0 ? 1.0 / (problem_.width * problem_.width) : 0.0; }
+
   /// Slopes at the present point, but those that are given.
   void linearise(GivenSlopes given = {}) {
     exact_ = std::ranges::none_of(given, [](const auto& slope) { return slope.has_value(); });
-    jacobian_ = slopes(problem_.data, parts_, cell::Split::Fit, residual_, std::move(given), options_.threads);
+    jacobian_ = slopes(problem_, parts_, cell::Split::Fit, residual_, std::move(given), options_.threads);
   }
 
   /// Information and gradient by the present slopes, the nuisance parameters marginalised.
@@ -238,6 +269,13 @@ class Minimiser {
     information_ = gram(jacobian_, jacobian_);
     gradient_.resize(static_cast<Eigen::Index>(jacobian_.size()));
     for (Eigen::Index i = 0; i < gradient_.size(); ++i) gradient_(i) = dot(problem_.data, jacobian_[i], r);
+    if (problem_.width > 0.0) {
+      information_.diagonal().array() += weight();
+      for (Eigen::Index i = 0; i < gradient_.size(); ++i) {
+        const At& at = at_[static_cast<std::size_t>(i)];
+        gradient_(i) -= weight() * parts_[at.part].x(at.index);
+      }
+    }
     if (problem_.prior.size() > 0) {
       const Eigen::MatrixXd a = project(problem_.nuisance, jacobian_);
       information_ -= problem_.prior.inner(a, a);
@@ -274,7 +312,7 @@ class Minimiser {
 
   void keep_if_better(std::vector<Part> moved) {
     std::optional<Eigen::VectorXd> trial = residuals_at(problem_.data, moved, touched_, residual_);
-    const double value = trial ? chi2(*trial) : chi2_;
+    const double value = trial ? cost(moved, *trial) : chi2_;
     if (value < chi2_) keep(std::move(moved), std::move(*trial), value);
   }
 
@@ -334,7 +372,7 @@ std::vector<Signature> check_slopes(const FitProblem& problem, const FitOptions&
   GivenSlopes kept;
   if (problem.slopes == Slopes::WhereNeeded && options.near)
     kept = kept_slopes(*options.near, options.near->check_jacobian, model.parts);
-  return slopes(problem.data, model.parts, cell::Split::Check, model.residual, std::move(kept), options.threads);
+  return slopes(problem, model.parts, cell::Split::Check, model.residual, std::move(kept), options.threads);
 }
 
 }  // namespace

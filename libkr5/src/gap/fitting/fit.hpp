@@ -59,6 +59,10 @@ struct FitProblem {
   NuisancePrior prior;
   double log_prior_effect = 0.0;  ///< Of one more effect among all of them.
   Slopes slopes = Slopes::AtEachPoint;
+  /// Standard deviation of a Gaussian prior of each coordinate about where its effect is off, in usual sizes, which
+  /// keeps near what no datum tells; 0: none.
+  double width = 0.0;
+  bool far = false;  ///< Whether the nominal cell is so far off that slopes there lead nowhere.
 };
 
 struct FitOptions {

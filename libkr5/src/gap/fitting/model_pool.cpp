@@ -42,7 +42,7 @@ void ModelPool::fit_without_each(const Model& model, int threads) {
   for (std::size_t k = 0; k < model.parts.size() && model.parts.size() > 1; ++k) {
     std::vector<Part> parts = gap::without(model.parts, k);
     if (find(parts)) continue;
-    if (problem_.slopes == Slopes::WhereNeeded && problem_.prior.size() == 0.0) {
+    if (problem_.far) {
       Model linear = linear_without(problem_, model, k);
       if (linear.log_evidence < model.log_evidence - certain_loss) {
         insert(std::move(linear));

@@ -7,6 +7,8 @@
 #include <numeric>
 #include <set>
 
+#include <kr5/core/error.hpp>
+
 #include "gap/parallel.hpp"
 #include "gap/reporting/consistency.hpp"
 #include "gap/reporting/gap_figures.hpp"
@@ -53,20 +55,48 @@ Eigen::VectorXd residual_without(const ComparisonData& data, const Model& model,
   return out;
 }
 
-/// Counted residuals of a model without each of its parts.
-std::vector<Eigen::VectorXd> all_without(const ComparisonData& data, const Model& model, const Eigen::VectorXd& base) {
-  std::vector<Eigen::VectorXd> out;
-  for (std::size_t k = 0; k < model.parts.size(); ++k)
-    out.push_back(counted_residual(data, residual_without(data, model, k, base)));
+/// Residuals of a model without one of its parts, by its slopes.
+Eigen::VectorXd residual_without_by_slopes(const ComparisonData& data, const Model& model, std::size_t part) {
+  Eigen::VectorXd out = counted_residual(data, model.residual);
+  std::size_t i = 0;
+  for (std::size_t p = 0; p < part; ++p) i += static_cast<std::size_t>(model.parts[p].x.size());
+  for (Eigen::Index k = 0; k < model.parts[part].x.size(); ++k, ++i)
+    for (const auto* slopes : {&model.jacobian, &model.check_jacobian})
+      add(data, model.parts[part].x(k), (*slopes)[i], out);
   return out;
 }
 
-/// What the simulator may be off with the effects of a model, as a sum of squares of each column. `without`: the
-/// counted residuals without each of its parts.
-std::vector<double> discrepancies(const ComparisonData& data, const std::vector<Group>& groups, const Model& model,
-                                  const std::vector<Eigen::VectorXd>& without, const DiagnoseOptions& options) {
+/// Counted residuals of a model without each of its parts; by its slopes where, without one of many, there is no such
+/// cell.
+std::vector<Eigen::VectorXd> all_without(const ComparisonData& data, const Model& model, const Eigen::VectorXd& base,
+                                         int threads) {
+  std::vector<Eigen::VectorXd> out(model.parts.size());
+  parallel_for(static_cast<int>(out.size()), threads, [&](int i) {
+    const auto k = static_cast<std::size_t>(i);
+    try {
+      out[k] = counted_residual(data, residual_without(data, model, k, base));
+    } catch (const InvalidArgument&) {
+      out[k] = residual_without_by_slopes(data, model, k);
+    }
+  });
+  return out;
+}
+
+/// What the simulator may be off without any effect, as a sum of squares of each column.
+std::vector<double> floors(const ComparisonData& data, const std::vector<Group>& groups,
+                           const DiagnoseOptions& options) {
   std::vector<double> out(groups.size(), 0.0);
   for (std::size_t g = 0; g < groups.size(); ++g) out[g] = floor_of(data, groups[g], options);
+  return out;
+}
+
+/// What the simulator may be off with the effects of a model. `without`: the counted residuals without each of its
+/// parts. Where the nominal cell is far off, how much an effect changes it says nothing of that.
+std::vector<double> discrepancies(const FitProblem& problem, const std::vector<Group>& groups, const Model& model,
+                                  const std::vector<Eigen::VectorXd>& without, const DiagnoseOptions& options) {
+  const ComparisonData& data = problem.data;
+  std::vector<double> out = floors(data, groups, options);
+  if (problem.far) return out;
   const Eigen::VectorXd with = counted_residual(data, model.residual);
   for (std::size_t k = 0; k < model.parts.size(); ++k) {
     const double off = inaccuracy(model.parts[k], options);
@@ -197,12 +227,12 @@ ResidualAnalysis analyze_residual(const FitProblem& problem, const std::vector<G
   const ComparisonData& data = problem.data;
   ResidualAnalysis out;
   out.whole = counted_residual(data, model.residual);
-  out.without = all_without(data, model, base);
+  out.without = all_without(data, model, base, options.threads);
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   out.shown = model.residual.array().isNaN().select(
       nan, without_nuisance(data, problem.nuisance, problem.prior, out.whole).array());
   out.counted = updated(problem, model);
-  const std::vector<double> discrepancy = discrepancies(data, groups, model, out.without, options);
+  const std::vector<double> discrepancy = discrepancies(problem, groups, model, out.without, options);
   out.structure.resize(groups.size());
   const double level = options.false_alarms / static_cast<double>(groups.size());
   parallel_for(static_cast<int>(groups.size()), options.threads,
@@ -242,7 +272,8 @@ bool within_discrepancy(const FitProblem& problem, const std::vector<Group>& gro
   const ComparisonData& data = problem.data;
   if (strains_nuisance(problem, with, without)) return false;
   const std::vector<double> discrepancy =
-      discrepancies(data, groups, without, all_without(data, without, base), options);
+      problem.far ? floors(data, groups, options)
+                  : discrepancies(problem, groups, without, all_without(data, without, base, options.threads), options);
   const Eigen::VectorXd before = updated(problem, without), after = updated(problem, with);
   double gain = 0.0, weighted = 0.0;
   for (std::size_t g = 0; g < groups.size(); ++g) {

@@ -21,7 +21,7 @@ constexpr double min_factor = 1e-3;
 /// Coordinate beyond which a reciprocal is taken for nothing: a thousand usual sizes.
 constexpr double max_reciprocal = 1e3;
 /// Coordinate of a ratio at which it has changed by more than any plausible factor.
-constexpr double max_ratio = 40.0;
+constexpr double max_ratio = 20.0;
 /// More cycles of delay than any controller has.
 constexpr double most_delay_cycles = 40.0;
 /// Step of finite differences of a logarithm.

@@ -85,7 +85,7 @@ class Judge {
   int unfounded(const Judged& judged) {
     if (const int worst = distrusted(judged); worst >= 0) return worst;
     const Model& model = judged.model;
-    if (problem_.slopes == Slopes::WhereNeeded) models_.fit_without_each(model, options_.threads);
+    if (problem_.far) models_.fit_without_each(model, options_.threads);
     const bool of_real_arm = options_.errors_of_recording;
     const double temperature = of_real_arm ? posterior(problem_, {model}).temperature : 1.0;  // else not asked for
     for (std::size_t k = 0; k < model.parts.size(); ++k) {

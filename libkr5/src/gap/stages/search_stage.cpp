@@ -43,11 +43,11 @@ std::vector<Model> search_with(const FitProblem& problem, Screen& screen, const 
 }
 
 /// The size of nuisance parameters under which a fitted model is most likely.
-double best_nuisance_size(const ScreenOutput& screened, double log_prior_effect, Slopes slopes, const Model& model) {
+double best_nuisance_size(const ScreenOutput& screened, double log_prior_effect, const Model& model) {
   double best = 0.0, most = 0.0;
   for (const double size : nuisance_sizes) {
-    const FitProblem problem{screened.data, screened.nuisance, NuisancePrior(screened.nuisance, size), log_prior_effect,
-                             slopes};
+    const FitProblem problem{screened.data, screened.nuisance, NuisancePrior(screened.nuisance, size),
+                             log_prior_effect};
     const Model fitted = model.parts.empty()
                              ? empty_model(problem, screened.base)
                              : fit(problem, model, model.parts, {.max_iterations = nuisance_iterations});
@@ -65,16 +65,16 @@ double best_nuisance_size(const ScreenOutput& screened, double log_prior_effect,
 SearchOutput find_models(const ScreenOutput& screened, Screen& screen, const DiagnoseOptions& options) {
   SearchOutput out;
   out.log_prior_effect = log_prior_of_effect(screen);
-  if (!options.start.empty()) out.slopes = Slopes::WhereNeeded;
+  out.far = screened.start.has_value();
   out.models.kept = search_with(out.problem(screened.data, screened.nuisance), screen, screened, options);
   if (screened.start) return out;
   double size = 0.0;
   const std::size_t tried = std::min(out.models.kept.size(), models_with_nuisance);
   for (std::size_t i = 0; i < tried && size == 0.0; ++i)
-    size = best_nuisance_size(screened, out.log_prior_effect, out.slopes, out.models.kept[i]);
+    size = best_nuisance_size(screened, out.log_prior_effect, out.models.kept[i]);
   if (size == 0.0) return out;
-  const FitProblem wider{screened.data, screened.nuisance, NuisancePrior(screened.nuisance, size), out.log_prior_effect,
-                         out.slopes};
+  const FitProblem wider{screened.data, screened.nuisance, NuisancePrior(screened.nuisance, size),
+                         out.log_prior_effect};
   std::vector<Model> with = search_with(wider, screen, screened, options);
   if (with.front().log_evidence - nuisance_pays > out.models.kept.front().log_evidence &&
       within_nuisance(wider, with.front())) {

@@ -20,12 +20,12 @@ struct SearchOutput {
   ModelSets models;
   NuisancePrior prior;  ///< Of the nuisance parameters in the models.
   double log_prior_effect = 0.0;
-  Slopes slopes = Slopes::AtEachPoint;  ///< By which they were fitted.
-  bool cut_short = false;               ///< More sets than are examined were about as likely as the best.
+  bool far = false;        ///< As of the problem to which they were fitted.
+  bool cut_short = false;  ///< More sets than are examined were about as likely as the best.
 
   /// What the models were fitted to: this or another state of the data of the screening.
   FitProblem problem(const ComparisonData& data, const NuisanceModel& nuisance) const {
-    return {data, nuisance, prior, log_prior_effect, slopes};
+    return {data, nuisance, prior, log_prior_effect, far ? Slopes::WhereNeeded : Slopes::AtEachPoint, 0.0, far};
   }
 };
 
