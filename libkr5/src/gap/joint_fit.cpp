@@ -34,6 +34,8 @@ constexpr double weak_prior = 50.0;
 /// Rounds of a fit with the noise that the one before left, and the factor from which that is the same.
 constexpr int most_rounds = 3;
 constexpr double same_noise = 0.8;
+/// Gain of chi-square at which a fit to noise ends, and rows of a residual that is no noise which say about the same.
+constexpr double least_gain_of_noise = 0.02, most_rows_alike = 50.0;
 
 /// Data with the residuals of its cell. What even the fitted cell leaves counts as noise.
 struct JointData {
@@ -63,6 +65,16 @@ struct JointData {
       least = std::min(least, rms);
     }
     return least;
+  }
+
+  /// Gain at which a fit ends. Where the residuals are not noise but what the model cannot show, which is the same over
+  /// many rows, a row is worth less.
+  double least_gain() const {
+    double alike = 0.0;
+    for (const Block& block : data.blocks)
+      alike +=
+          std::clamp(block.inflation * block.inflation, 1.0, most_rows_alike) / static_cast<double>(data.blocks.size());
+    return least_gain_of_noise * alike;
   }
 
   ComparisonData data;
@@ -115,7 +127,7 @@ Model fitted(JointData& compared, std::vector<Part> parts, int threads) {
   };
   compared.set_noise(compared.base);
   for (int round = 0; round < most_rounds; ++round) {
-    Model found = fit_from(std::move(parts), {.threads = threads});
+    Model found = fit_from(std::move(parts), {.threads = threads, .least_gain = compared.least_gain()});
     parts = std::move(found.parts);
     if (compared.set_noise(found.residual) > same_noise) break;
   }

@@ -132,17 +132,17 @@ class Minimiser {
   void run() {
     scan_whole(12);
     linearise(kept() ? kept_slopes(*options_.near, options_.near->jacobian, parts_) : GivenSlopes{});
-    // A step that gains less than a fiftieth of what one random number is worth ends the fit.
     LevenbergMarquardtOptions how{
         .max_iterations = kept() ? std::min(most_steps_kept, options_.max_iterations) : options_.max_iterations,
-        .tolerance = std::sqrt(0.02),
+        .tolerance = std::sqrt(options_.least_gain),
         .sigma = 1.0,
         .initial_damping = 1e-3};
     for (int round = 0; round < most_rounds; ++round) {
       Optimizer optimizer(how);
       optimizer.begin(normal_equations());
       while (optimizer.running()) take_step(optimizer);
-      if (!followed() || kept() || exact_) break;
+      how.max_iterations -= optimizer.iterations();
+      if (!followed() || kept() || exact_ || how.max_iterations <= 0) break;
       linearise();
       how.initial_damping = along_valleys;
     }

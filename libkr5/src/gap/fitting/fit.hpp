@@ -68,6 +68,8 @@ struct FitProblem {
 struct FitOptions {
   int max_iterations = 40;
   int threads = 1;  ///< Over which the slopes of one fit are spread.
+  /// A step that gains less of chi-square ends the fit: a fiftieth of what one random number is worth.
+  double least_gain = 0.02;
   /// A model near the one that is fitted. Where slopes are simulated where needed, those that it has are not: a few
   /// steps follow them, so that a fit that is not near is one of its lower likelihoods.
   const Model* near = nullptr;
