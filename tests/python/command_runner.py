@@ -49,7 +49,7 @@ LOADED = (
     "typer.rich_utils",
     "yaml",
 )
-AT_THE_START = ("PYTHON", "LD_", "LC_", "LANG", "OMP_", "OPENBLAS_", "MPL", "TERMINAL_", "FORCE_COLOR", "_TYPER")
+AT_THE_START = ("PYTHON", "LD_PRELOAD", "LC_", "LANG", "OMP_", "OPENBLAS_", "MPL", "TERMINAL_", "FORCE_COLOR", "_TYPER")
 IN_CYCLES = ("rsi", "run")  # commands that share a cycle with another end
 
 
