@@ -253,7 +253,8 @@ void bind_diagnosis(py::module_& m) {
       py::arg("progress") = py::none(),
       "Diagnosis of a gap: where it lies, which effects cause it, how far they reduce it, and what remains "
       "unexplained. For the log of a real arm (motions on measured positions) with the errors of the best arm, and a "
-      "search as wide as it needs.\n\n"
+      "search as wide as it needs; for motions by torque servos from what identify_servos finds, where the model is "
+      "far off.\n\n"
       "Parameters\n----------\n"
       "recording : kr5.cell.Recording, or the folder of one\n"
       "simulator : one of kr5, or any object with predict(cell, experiment), optional\n"

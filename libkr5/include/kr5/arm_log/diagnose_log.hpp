@@ -48,7 +48,9 @@ std::vector<LogNote> complete_model(cell::Recording& recording, const Readings& 
 LogRecording prepare_log(const ArmLog& log, const cell::Cell& model, const LogDiagnosisOptions& options = {});
 
 /// Why a model and a recorded cell disagree: gap::diagnose, for motions on measured positions with the errors of the
-/// best arm and a search as wide as the log of a real arm needs. Any other recording is diagnosed as it is.
+/// best arm and a search as wide as the log of a real arm needs; for motions by torque servos from servos, friction and
+/// rotors as identify_servos() fits them, where those of the model are far off. Any other recording is diagnosed as it
+/// is.
 gap::Diagnosis diagnose(const cell::Recording& recording, const cell::Simulator& simulator,
                         const gap::DiagnoseOptions& options = {});
 
