@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <optional>
+
 #include <kr5/physics/effective_arm.hpp>
 #include <kr5/physics/fold_effects.hpp>
 #include <kr5/physics/friction.hpp>
@@ -18,12 +20,16 @@ using kr5::cell::Cell;
 using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 static Eigen::VectorXd friction(const Cell& cell, int joint, const Eigen::VectorXd& speed,
-                                const Eigen::VectorXd& torque, const Eigen::VectorXd& t) {
+                                const Eigen::VectorXd& torque, const Eigen::VectorXd& t,
+                                const std::optional<Eigen::VectorXd>& position) {
   kr5::require(joint >= 0 && joint < cell.robot.joints(),
                "joint: expected 0 to " + std::to_string(cell.robot.joints() - 1) + ", found " + std::to_string(joint));
   kr5::require(speed.size() == torque.size() && speed.size() == t.size(),
                "speed, torque, t: expected equal numbers of values");
-  return joint_friction<Eigen::ArrayXd>(JointFriction(cell, joint), speed, torque, t);
+  const JointFriction law(cell, joint);
+  kr5::require(position ? position->size() == speed.size() : law.angle_amplitude == 0.0,
+               "position: expected a value for each speed");
+  return joint_friction<Eigen::ArrayXd>(law, {position.value_or(Eigen::VectorXd()), speed, torque, t});
 }
 
 static Rows currents(const Cell& cell, const Rows& acceleration, const Rows& torque) {
@@ -85,10 +91,12 @@ void bind_physics(py::module_& m) {
       "effective_chain", [](const Cell& cell, double t) { return EffectiveArm(cell).chain(t); }, py::arg("cell"),
       py::arg("t") = 0.0,
       "Arm with the effects base_tilt, link_length, link_twist and thermal_growth, at time t [s] of the session.");
-  m.def("joint_friction", &friction, py::arg("cell"), py::arg("joint"), py::arg("speed"), py::arg("torque"),
-        py::arg("t"),
-        "Friction of a joint (from 0) at motor-side speeds [rad/s or m/s], under the torques through its gear [N m or "
-        "N], at times t [s]: an array of N values each. Raises InvalidArgument for another number of values.");
+  m.def(
+      "joint_friction", &friction, py::arg("cell"), py::arg("joint"), py::arg("speed"), py::arg("torque"), py::arg("t"),
+      py::kw_only(), py::arg("position") = py::none(),
+      "Friction of a joint (from 0) at motor-side speeds [rad/s or m/s], under the torques through its gear [N m or "
+      "N], at times t [s], and at motor-side positions [rad or m], which friction that depends on the angle needs: an "
+      "array of N values each. Raises InvalidArgument for another number of values.");
   m.def("motor_currents", &currents, py::arg("cell"), py::arg("acceleration"), py::arg("torque"),
         "Motor currents [A], N x n, of motor-side accelerations [rad/s^2 or m/s^2] and joint torques [N m or N], "
         "friction included. Raises InvalidArgument for a cell without drives and for other sizes.");

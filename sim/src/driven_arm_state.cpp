@@ -216,12 +216,11 @@ const ArmReading& DrivenArm::State::read() {
   reading.wrench = forces.wrench;
   reading.limited = limited;
   if (ideal) {
-    reading.friction = drives.friction(v, reading.torque, t);
+    reading.friction = drives.friction(x, v, reading.torque, t);
     if (drives.motors) current = drives.currents(a, reading.torque + reading.friction + drives.ripple(x));
   } else {
     reading.friction = dry;
-    for (Index i = 0; i < x.size(); ++i)
-      reading.friction[i] += physics::viscous_friction_at(joint(i).friction, v[i], t);
+    for (Index i = 0; i < x.size(); ++i) reading.friction[i] += speed_friction(i, v[i]);
   }
   if (drives.motors) reading.current = current;
   return reading;
@@ -303,7 +302,7 @@ DrivenArm::State::Equations DrivenArm::State::equations(const Point& at) {
   out.H.topLeftCorner(n, n) += rotors;
   add_springs(at, out);
   out.rhs.head(n) -= drives.ripple(at.x);
-  for (Index i = 0; i < n; ++i) out.rhs[i] -= physics::viscous_friction_at(joint(i).friction, at.v[i], t);
+  for (Index i = 0; i < n; ++i) out.rhs[i] -= speed_friction(i, at.v[i]);
   return out;
 }
 
@@ -330,11 +329,12 @@ void DrivenArm::State::unstack(const VectorXd& z, VectorXd& motor, VectorXd& lin
   for (std::size_t e = 0; e < elastic.size(); ++e) link[elastic[e]] = z[motor.size() + static_cast<Index>(e)];
 }
 
-VectorXd DrivenArm::State::levels(const VectorXd& speeds) const {
-  VectorXd out(speeds.size());
-  for (Index i = 0; i < speeds.size(); ++i)
-    out[i] = physics::dry_friction_at(joint(i).friction, speeds[i], torque[i], t);
-  return out;
+double DrivenArm::State::speed_friction(Index i, double speed) const {
+  return physics::friction_slope_at(joint(i).friction, speed, t) * speed;
+}
+
+physics::FrictionRange DrivenArm::State::dry_friction(Index i, const Point& at) const {
+  return physics::dry_friction_at(joint(i).friction, {at.x[i], at.v[i], torque[i], t});
 }
 
 void DrivenArm::State::velocity_update(const std::function<VectorXd(const Equations&, const Point&)>& currents_at) {
@@ -350,11 +350,15 @@ void DrivenArm::State::velocity_update(const std::function<VectorXd(const Equati
   const Eigen::LLT<MatrixXd> llt(e.H);
   const VectorXd speed = stacked(v, qd);
   VectorXd next = speed + h * llt.solve(force);
-  const VectorXd level = levels(at.v);
+  VectorXd level(n), offset(n);
+  for (Index i = 0; i < n; ++i) {
+    const physics::FrictionRange range = dry_friction(i, at);
+    level[i] = range.level, offset[i] = range.offset;
+  }
   dry.setZero();
   if (level.maxCoeff() > 0.0) {
-    const MatrixXd inverse = llt.solve(MatrixXd::Identity(e.H.rows(), n));
-    dry = hold_or_slide(h * inverse.topRows(n), next.head(n), level);
+    const MatrixXd inverse = llt.solve(MatrixXd::Identity(e.H.rows(), n)), response = h * inverse.topRows(n);
+    dry = offset + hold_or_slide(response, next.head(n) - response * offset, level);
     next -= h * inverse * dry;
   }
   unstack(stacked(x, q) + 0.5 * h * (speed + next), x, q);
@@ -372,7 +376,7 @@ void DrivenArm::State::velocity_update(const std::function<VectorXd(const Equati
 void DrivenArm::State::note_torque() {
   if (!loaded) return;
   VectorXd friction = dry;
-  for (Index i = 0; i < x.size(); ++i) friction[i] += physics::viscous_friction_at(joint(i).friction, v[i], t);
+  for (Index i = 0; i < x.size(); ++i) friction[i] += speed_friction(i, v[i]);
   const VectorXd through = drives.gear_torques(current, x, a, friction);
   for (Index i = 0; i < x.size(); ++i)
     if (joint(i).spring.rigid()) torque[i] = through[i];
@@ -385,8 +389,8 @@ VectorXd DrivenArm::State::limited_currents(const Equations& e, const VectorXd& 
   if (m > 0)
     needed += e.H.topRightCorner(n, m) *
               e.H.bottomRightCorner(m, m).llt().solve(e.rhs.tail(m) - e.H.bottomLeftCorner(m, n) * wanted);
-  const VectorXd level = levels(at.v);
-  for (Index i = 0; i < n; ++i) needed[i] += level[i] * physics::smoothed_sign(at.v[i] + step * wanted[i]);
+  for (Index i = 0; i < n; ++i)
+    needed[i] += dry_friction(i, at).along(physics::smoothed_sign(at.v[i] + step * wanted[i]));
   VectorXd out = drives.currents(VectorXd::Zero(n), needed);
   const VectorXd free = out;
   if (options.current_limit.size() > 0) out = out.cwiseMax(-options.current_limit).cwiseMin(options.current_limit);

@@ -78,7 +78,8 @@ struct DrivenArm::State {
   void add_springs(const Point& at, Equations& e);
   VectorXd stacked(const VectorXd& motor, const VectorXd& link) const;
   void unstack(const VectorXd& z, VectorXd& motor, VectorXd& link) const;
-  VectorXd levels(const VectorXd& speeds) const;
+  double speed_friction(Index i, double speed) const;
+  physics::FrictionRange dry_friction(Index i, const Point& at) const;
   /// Drift, velocity_update, drift; `currents_at` gives the motor currents at the middle of the step.
   void velocity_update(const std::function<VectorXd(const Equations&, const Point&)>& currents_at);
   void note_torque();

@@ -71,23 +71,35 @@ inline Eigen::MatrixXd servo_commands(const Eigen::VectorXd& t, int joints, Rand
   return out;
 }
 
-/// What such an arm logs, its encoders of 4096 steps a turn.
-inline arm_log::ArmLog servo_log(const cell::Cell& arm, Random& random, double duration = 40.0, double step = 0.02) {
+/// Positions in which an arm is when it is sent commands.
+inline Eigen::MatrixXd servo_positions(const cell::Cell& arm, const Eigen::VectorXd& t,
+                                       const Eigen::MatrixXd& command) {
   const int n = arm.robot.joints();
-  arm_log::ArmLog out;
-  const auto rows = static_cast<Eigen::Index>(duration / step);
-  out.t = Eigen::VectorXd::LinSpaced(rows, 0.0, step * static_cast<double>(rows - 1));
-  out.command = servo_commands(out.t, n, random);
   cell::Experiment e;
   e.name = "motion";
   e.data.columns = {"t"};
   for (int j = 0; j < n; ++j) e.data.columns.push_back("qc" + std::to_string(j + 1));
-  e.data.values.resize(rows, 1 + n);
-  e.data.values << out.t, out.command;
+  e.data.values.resize(t.size(), 1 + n);
+  e.data.values << t, command;
   const io::Table shown = predict::FastSimulator().predict(arm, e);
-  const double tick = 2 * M_PI / 4096;
-  out.q.resize(rows, n);
-  for (int j = 0; j < n; ++j) out.q.col(j) = (shown.column("q" + std::to_string(j + 1)).array() / tick).round() * tick;
+  Eigen::MatrixXd out(t.size(), n);
+  for (int j = 0; j < n; ++j) out.col(j) = shown.column("q" + std::to_string(j + 1));
+  return out;
+}
+
+/// As encoders of 4096 steps a turn read them.
+inline Eigen::MatrixXd encoder_readings(const Eigen::MatrixXd& q) {
+  constexpr double tick = 2 * M_PI / 4096;
+  return (q.array() / tick).round() * tick;
+}
+
+/// What such an arm logs.
+inline arm_log::ArmLog servo_log(const cell::Cell& arm, Random& random, double duration = 40.0, double step = 0.02) {
+  arm_log::ArmLog out;
+  const auto rows = static_cast<Eigen::Index>(duration / step);
+  out.t = Eigen::VectorXd::LinSpaced(rows, 0.0, step * static_cast<double>(rows - 1));
+  out.command = servo_commands(out.t, arm.robot.joints(), random);
+  out.q = encoder_readings(servo_positions(arm, out.t, out.command));
   return out;
 }
 

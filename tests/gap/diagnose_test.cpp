@@ -219,6 +219,32 @@ TEST_CASE("several effects on one cell are all named, and each makes the check e
   }
 }
 
+TEST_CASE("friction that is added to the currents by a formula of its own is named", "[not_sanitized]") {
+  Random random(14);
+  for (const auto& [effect, target, add] : protocol::added_frictions()) {
+    cell::Recording r = protocol::record(protocol::nominal(), random);
+    add(r);
+    const gap::Diagnosis d = gap::diagnose(r, predict::FastSimulator());
+    INFO(effect << ": " << text(d));
+    CHECK(d.verdict == gap::Verdict::Explained);
+    CHECK(names_only(d, {{effect, target}}));
+  }
+}
+
+TEST_CASE("friction while the load drives is told from friction that grows with the load", "[not_sanitized]") {
+  Random random(15);
+  for (const char* effect : {"driven_friction", "load_friction"}) {
+    const cell::Cell broken = protocol::carrying(effect, "joint2", "coefficient", 0.06);
+    const cell::Recording r = protocol::only(protocol::record(broken, random), cell::Kind::Motion);
+    const gap::Diagnosis d = gap::diagnose(r, predict::FastSimulator());
+    INFO(effect << ": " << text(d));
+    CHECK(d.verdict == gap::Verdict::Explained);
+    REQUIRE(names_only(d, {{effect, "joint2"}}));
+    CHECK(d.causes[0].effect == effect);
+    CHECK(std::abs(d.causes[0].parameters[0].value[0] - 0.06) < 4 * d.causes[0].parameters[0].std[0]);
+  }
+}
+
 TEST_CASE("what no catalogue names is not explained", "[not_sanitized]") {
   Random random(10);
   std::vector<protocol::Change> unknown = protocol::unknown_effects();

@@ -301,21 +301,44 @@ inline int add_spikes(cell::Recording& r, double share, Random& random) {
 
 using Change = std::pair<std::string, std::function<void(cell::Recording&)>>;
 
+/// Adds to the current of a joint what a formula makes of its position and speed, which follow the commands late.
+inline void add_friction(cell::Recording& r, int joint, const std::function<double(double q, double v)>& by) {
+  const std::string number = std::to_string(joint);
+  for (cell::Experiment& e : r.experiments) {
+    const int at = e.data.find("i" + number);
+    if (e.kind != cell::Kind::Motion || at < 0) continue;
+    const Eigen::VectorXd q = predict::FastSimulator().predict(r.cell, e).column("q" + number);
+    for (Eigen::Index k = 1; k + 1 < q.size(); ++k) e.data.values(k, at) += by(q[k], (q[k + 1] - q[k - 1]) / 0.024);
+  }
+}
+
+/// Friction that is added to the currents by its own formula, not by the library.
+struct AddedFriction {
+  std::string effect, target;
+  std::function<void(cell::Recording&)> add;
+};
+inline std::vector<AddedFriction> added_frictions() {
+  return {{"angle_friction", "joint1",
+           [](auto& r) {
+             add_friction(r, 1, [](double q, double v) { return 0.3 * std::tanh(v / 0.002) * std::sin(3 * q); });
+           }},
+          {"quadratic_drag", "joint3",
+           [](auto& r) { add_friction(r, 3, [](double, double v) { return 0.5 * v * std::abs(v); }); }}};
+}
+
 /// Effects that real cells carry and that the catalogue lacks.
 inline std::vector<Change> unknown_effects() {
   using enum cell::Kind;
-  return {{"friction that depends on the joint's position",
+  return {{"friction of a bearing that is rough about one angle",
            [](auto& r) {
              change(r, Motion, "i1", [](const auto& e, auto i) {
-               return 0.3 * std::tanh(speed(e, "qc1", i) / 0.01) * std::sin(3 * value(e, "qc1", i));
+               const double away = (value(e, "qc1", i) - 0.1) / 0.06;
+               return 0.6 * std::tanh(speed(e, "qc1", i) / 0.01) * std::exp(-away * away);
              });
            }},
-          {"drag that grows with the square of speed",
+          {"hum of the supply on a current",
            [](auto& r) {
-             change(r, Motion, "i3", [](const auto& e, auto i) {
-               const double v = speed(e, "qc3", i);
-               return 0.5 * v * std::abs(v);
-             });
+             change(r, Motion, "i3", [](const auto& e, auto i) { return 0.3 * std::sin(33.0 * value(e, "t", i)); });
            }},
           {"a current sensor that is off by a constant",
            [](auto& r) { change(r, Motion, "i2", [](const auto&, auto) { return 0.15; }); }},

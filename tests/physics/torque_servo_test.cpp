@@ -34,6 +34,31 @@ TEST_CASE("torque and supply voltage limit a servo, whichever is less") {
   CHECK(physics::servo_torque(servo, 1.0, 0.0, 0.0, -4.0) == 3.0);
 }
 
+TEST_CASE("a drive gives nothing of a torque within its dead band, and less by it of a greater one") {
+  cell::TorqueServo servo{.stiffness = 20.0, .damping = 2.0, .torque_dead_band = 0.5};
+  CHECK(physics::servo_torque(servo, 0.02, 0.0, 0.0, 0.0) == 0.0);
+  CHECK(physics::servo_torque(servo, -0.025, 0.0, 0.0, 0.0) == 0.0);
+  CHECK(physics::servo_torque(servo, 0.1, 0.0, 0.0, 0.0) == Approx(1.5));
+  CHECK(physics::servo_torque(servo, -0.1, 0.0, 0.0, 0.0) == Approx(-1.5));
+  CHECK(physics::servo_torque(servo, 0.1, 0.0, 0.0, 1.0) == 0.0);  // of all that is asked, damping included
+  servo.torque_limit = 1.4;                                        // of what is given
+  CHECK(physics::servo_torque(servo, 0.09, 0.0, 0.0, 0.0) == Approx(1.3));
+  CHECK(physics::servo_torque(servo, 0.1, 0.0, 0.0, 0.0) == 1.4);
+}
+
+TEST_CASE("a lower supply voltage takes torque and speed in proportion, and none where no limit is stated") {
+  cell::Cell cell = test::arm_cell({"rr"});
+  cell.servo->joint.clear();
+  cell.servo->torque = {{.stiffness = 1000.0, .stall_torque = 4.0, .no_load_speed = 8.0}, {.stiffness = 1000.0}};
+  for (const char* joint : {"joint1", "joint2"}) cell::set_effect(cell, "servo_voltage", joint, "voltage", 0.75);
+  const auto servos = physics::torque_servos(cell);
+  CHECK(physics::servo_torque(servos[0], 1.0, 0.0, 0.0, 0.0) == Approx(3.0));
+  CHECK(physics::servo_torque(servos[0], 1.0, 0.0, 0.0, 6.0) == Approx(0.0).margin(1e-12));
+  // A motor in a current is slowed by its own voltage, whatever the supply: the slope stays.
+  CHECK(physics::torque_bound(servos[0], 1.0, 0.0).slope == Approx(0.5));
+  CHECK(physics::servo_torque(servos[1], 1.0, 0.0, 0.0, 6.0) == 1000.0);
+}
+
 TEST_CASE("effects of a torque servo replace its values; a limit holds beside that of the cell") {
   cell::Cell cell = test::arm_cell({"rrr"});
   CHECK(physics::torque_servos(cell).empty());
@@ -46,6 +71,7 @@ TEST_CASE("effects of a torque servo replace its values; a limit holds beside th
   cell::set_effect(cell, "servo_dead_band", "joint2", "dead_band", 0.01);
   cell::set_effect(cell, "torque_limit", "joint2", "torque", 2.0);
   cell::set_effect(cell, "torque_limit", "joint3", "torque", 9.0);
+  cell::set_effect(cell, "torque_dead_band", "joint2", "torque", 0.3);
   cell::set_effect(cell, "joint_delay", "drives", "delay", 0.05);
   const auto servos = physics::torque_servos(cell);
   REQUIRE(servos.size() == 3);
@@ -56,6 +82,8 @@ TEST_CASE("effects of a torque servo replace its values; a limit holds beside th
   CHECK(servos[1].integral == 4.0);
   CHECK(servos[1].dead_band == 0.01);
   CHECK(servos[1].torque_limit == 2.0);
+  CHECK(servos[1].torque_dead_band == 0.3);
+  CHECK(servos[0].torque_dead_band == 0.0);
   CHECK(servos[2].torque_limit == 5.0);
 }
 

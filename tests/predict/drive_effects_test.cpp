@@ -92,6 +92,39 @@ TEST_CASE("load friction is a part of the transmitted torque, against the motion
     CHECK(torque[k] == Approx(std::copysign(0.07 * std::abs(load[k]), speed[k])).margin(1e-9));
 }
 
+TEST_CASE("friction while the load drives is a part of the transmitted torque, where power flows to the motor") {
+  World w;
+  w.cell.drives->friction.coulomb.setZero();
+  w.cell.drives->friction.viscous.setZero();
+  w.cell.drives->rotor_inertia.setZero();
+  const VectorXd speed = rate_of(w.show(Kind::Motion, "q3"));
+  const VectorXd load = w.show(Kind::Motion, "i3") * w.cell.drives->torque_constant[2] * w.cell.drives->structure(2, 2);
+  const VectorXd torque = added_torque(w, w.with("driven_friction", "joint3", {{"coefficient", 0.2}}), 2);
+  int driven = 0;
+  for (const Index k : moving(speed)) {
+    const bool back = load[k] * speed[k] < 0.0;
+    driven += back;
+    CHECK(torque[k] == Approx(back ? -0.2 * load[k] : 0.0).margin(1e-9));
+  }
+  CHECK(driven > 50);
+}
+
+TEST_CASE("drag grows with the square of the speed, against it") {
+  const World w;
+  const VectorXd speed = rate_of(w.show(Kind::Motion, "q2"));
+  const VectorXd torque = added_torque(w, w.with("quadratic_drag", "joint2", {{"quadratic", 30.0}}), 1);
+  for (const Index k : moving(speed)) CHECK(torque[k] == Approx(30.0 * speed[k] * std::abs(speed[k])).margin(2e-3));
+}
+
+TEST_CASE("friction that depends on the angle is a step at a reversal as high as the angle says") {
+  const World w;
+  const VectorXd q = w.show(Kind::Motion, "q2"), speed = rate_of(q);
+  const VectorXd torque =
+      added_torque(w, w.with("angle_friction", "joint2", {{"amplitude", 8.0}, {"cycles", 5.0}, {"phase", 0.4}}), 1);
+  for (const Index k : moving(speed))
+    CHECK(torque[k] == Approx(std::copysign(8.0, speed[k]) * std::sin(5.0 * q[k] + 0.4)).margin(1e-9));
+}
+
 TEST_CASE("friction falls by the stated part as the gear warms") {
   World w, free;
   free.cell.drives->friction.coulomb.setZero();

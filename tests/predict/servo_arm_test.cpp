@@ -164,6 +164,81 @@ TEST_CASE("an error within the dead band makes no torque") {
   CHECK(last(joint1(cell, slow)) == Approx(0.08).margin(4e-3));
 }
 
+TEST_CASE("drag that grows with the square of the speed slows a joint to where it takes all torque, at any step") {
+  cell::Cell cell = pendulum();
+  cell.robot.gravity.setZero();
+  servo(cell).torque_limit = 0.5;
+  cell::set_effect(cell, "quadratic_drag", "joint1", "quadratic", 0.08);
+  for (const double step : {0.02, 0.002}) {
+    const cell::Experiment far = commands(2.0, step, 1, [](double t, int) { return t < 0.1 ? 0.0 : 20.0; });
+    const VectorXd q = joint1(cell, far);
+    const Eigen::Index n = q.size();
+    CHECK((q[n - 1] - q[n - 11]) / (10 * step) == Approx(2.5).epsilon(2e-3));
+  }
+}
+
+TEST_CASE("a load that falls against friction of its own is held by less torque than one that is lifted") {
+  cell::Cell cell = pendulum();
+  cell::set_effect(cell, "driven_friction", "joint1", "coefficient", 0.5);
+  const double weight = mass * gravity * arm_length;
+  const auto moved = [&](double from, double to) {
+    servo(cell) = {.stiffness = 200.0, .damping = 2.0, .hold = cell::CommandHold::FirstOrderHold};
+    const cell::Experiment e =
+        commands(3.0, 0.02, 1, [&](double t, int) { return from + (to - from) * std::min(t / 3.0, 1.0); });
+    return VectorXd(joint1(cell, e, "i1"));
+  };
+  // Torque of a slow motion: that of the weight on the way up, less by the friction on the way down.
+  const VectorXd up = moved(-0.1, 0.1), down = moved(0.1, -0.1);
+  const Eigen::Index middle = up.size() / 2;
+  CHECK(up.segment(middle - 10, 20).mean() == Approx(weight).epsilon(0.02));
+  CHECK(down.segment(middle - 10, 20).mean() == Approx(0.5 * weight).epsilon(0.02));
+  // Half the weight holds it, for friction bears the other half; less does not.
+  for (const double share : {0.55, 0.45}) {
+    servo(cell) = {.stiffness = 200.0, .damping = 1.0, .torque_limit = share * weight};
+    const VectorXd q = joint1(cell, commands(1.0, 0.02, 1, [](double, int) { return 0.0; }));
+    CHECK((std::abs(last(q)) < 0.01) == (share > 0.5));
+  }
+}
+
+TEST_CASE("dry friction that depends on the angle holds a joint at one and not at another") {
+  cell::Cell cell = pendulum();
+  cell.robot.gravity.setZero();
+  cell.drives->friction.coulomb[0] = 0.3;
+  for (const auto& [name, value] : {std::pair{"amplitude", 0.2}, {"cycles", 1.0}, {"phase", 0.0}})
+    cell::set_effect(cell, "angle_friction", "joint1", name, value);
+  for (const double side : {1.0, -1.0}) {  // 0.5 N m about one angle, 0.1 N m about the other
+    const double at = 0.5 * M_PI * side, pull = 0.3 / servo(cell).stiffness;
+    const VectorXd q = joint1(cell, commands(3.0, 0.02, 1, [&](double t, int) { return at + (t < 1.0 ? 0.0 : pull); }));
+    CHECK((std::abs(last(q) - at) < 1e-12) == (side > 0));
+  }
+}
+
+TEST_CASE("a drive with a dead band leaves a joint where less than that is asked, and the integral overcomes it") {
+  cell::Cell cell = pendulum();
+  cell.robot.gravity.setZero();
+  cell.drives->friction.coulomb[0] = 0.02;  // it does not coast through the band
+  servo(cell).torque_dead_band = 0.3;
+  const double edge = 0.3 / servo(cell).stiffness;
+  const auto step_to = [](double to) {
+    return commands(6.0, 0.02, 1, [to](double t, int) { return t < 1.0 ? 0.0 : to; });
+  };
+  CHECK(joint1(cell, step_to(0.95 * edge)).cwiseAbs().maxCoeff() == 0.0);
+  CHECK(last(joint1(cell, commands(5.0, 0.02, 1, [](double t, int) { return std::min(0.03 * t, 0.1); }))) ==
+        Approx(0.1 - edge).margin(4e-3));
+  servo(cell).integral = 20.0;
+  CHECK(last(joint1(cell, step_to(0.95 * edge))) > 0.5 * edge);
+}
+
+TEST_CASE("a lower supply voltage lets a joint turn less fast, in proportion") {
+  cell::Cell cell = pendulum();
+  cell.robot.gravity.setZero();
+  servo(cell) = {.stiffness = 15.0, .damping = 0.0, .stall_torque = 1.0, .no_load_speed = 2.0};
+  cell::set_effect(cell, "servo_voltage", "joint1", "voltage", 0.7);
+  const VectorXd q = joint1(cell, commands(1.5, 0.02, 1, [](double t, int) { return t < 0.1 ? 0.0 : 6.0; }));
+  const Eigen::Index n = q.size();
+  CHECK((q[n - 1] - q[n - 11]) / 0.2 == Approx(1.4).epsilon(1e-3));
+}
+
 TEST_CASE("a delay moves the whole motion, by any part of a row") {
   cell::Cell cell = pendulum();
   servo(cell).hold = cell::CommandHold::FirstOrderHold;
@@ -215,11 +290,14 @@ TEST_CASE("what cannot be moved by a torque servo is refused by name") {
 
 TEST_CASE("every effect of torque servos changes the motion, and has its place in the cell") {
   const cell::Experiment e = commands(4.0, 0.02, 1, swing);
-  const cell::Cell nominal = pendulum();
+  cell::Cell nominal = pendulum();
+  servo(nominal).stall_torque = 1.5;
+  servo(nominal).no_load_speed = 4.0;
   const VectorXd before = joint1(nominal, e);
   int count = 0;
   for (const cell::Effect& effect : cell::effect_catalogue()) {
-    if (!effect.needs.part.starts_with("torque servo") && effect.id != "joint_delay") continue;
+    const bool of_servo = effect.needs.part.starts_with("torque servo") || effect.id == "servo_voltage";
+    if (!of_servo && effect.id != "joint_delay") continue;
     ++count;
     INFO(effect.id);
     cell::Cell cell = nominal;
@@ -227,8 +305,8 @@ TEST_CASE("every effect of torque servos changes the motion, and has its place i
     const cell::EffectParameter& p = effect.parameters.at(0);
     const auto off = cell::nominal_value(cell, effect.id, target, p.name);
     const double value = off ? std::get<double>(*off) : 0.0;
-    const bool limit = std::isinf(value);
-    cell::set_effect(cell, effect.id, target, p.name, limit ? 0.6 : value + (p.unit == "N m/rad" ? -5.0 : 0.03));
+    const double lower = p.unit == "N m/rad" ? -5.0 : p.unit == "-" ? -0.5 : 0.03;
+    cell::set_effect(cell, effect.id, target, p.name, std::isinf(value) ? 0.6 : value + lower);
     const VectorXd after = joint1(cell, e);
     CHECK((after - before).cwiseAbs().maxCoeff() > 1e-4);
     const physics::FoldedCell folded = physics::fold_effects(cell);
@@ -236,7 +314,7 @@ TEST_CASE("every effect of torque servos changes the motion, and has its place i
     CHECK(cell::active_effects(folded.cell.effects).empty());
     CHECK((joint1(folded.cell, e) - after).cwiseAbs().maxCoeff() < 1e-12);
   }
-  CHECK(count == 6);
+  CHECK(count == 8);
 }
 
 TEST_CASE("play and elastic gears are no effects of a cell with torque servos") {

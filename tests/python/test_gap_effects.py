@@ -43,7 +43,15 @@ def test_every_effect_is_listed_as_its_row_says(run_kr5, tmp_path):
         there = any(p["typical"] is not None for p in e["parameters"])
         assert there == bool(e["targets"])
     without = {e["id"] for e in listed if not e["targets"]}  # the shipped cell has no torque servos
-    assert without == {"servo_stiffness", "servo_damping", "servo_integral", "servo_dead_band", "torque_limit"}
+    assert without == {
+        "servo_stiffness",
+        "servo_damping",
+        "servo_integral",
+        "servo_dead_band",
+        "torque_limit",
+        "torque_dead_band",
+        "servo_voltage",
+    }
 
 
 def test_one_effect_is_told_with_its_size_bounds_and_remedy(run_kr5, tmp_path, cell):

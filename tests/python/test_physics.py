@@ -29,6 +29,17 @@ def test_friction_of_a_joint_takes_arrays(cell):
         kr5.physics.joint_friction(cell, 6, speed, speed, speed)
 
 
+def test_friction_that_depends_on_the_angle_asks_for_positions(cell):
+    speed = np.array([-0.5, 0.5])
+    bare = kr5.physics.joint_friction(cell, 1, speed, np.zeros(2), np.zeros(2))
+    cell.effects = {"angle_friction": {"joint2": {"amplitude": 3.0, "cycles": 2, "phase": 0.1}}}
+    position = np.array([0.3, -0.9])
+    friction = kr5.physics.joint_friction(cell, 1, speed, np.zeros(2), np.zeros(2), position=position)
+    assert np.allclose(friction - bare, 3.0 * np.sin(2 * position + 0.1) * np.sign(speed), atol=1e-12)
+    with pytest.raises(kr5.InvalidArgument, match="position: expected a value for each speed"):
+        kr5.physics.joint_friction(cell, 1, speed, np.zeros(2), np.zeros(2))
+
+
 def test_motor_currents_are_torques_over_gears_and_constants(cell):
     torque = np.zeros((2, 6))
     torque[:, 0] = 10.0

@@ -23,7 +23,15 @@ EFFECTS = {  # that every format holds
     "payload": {"tool": {"mass": 0.8, "com": [0.01, 0.02, 0.03]}},
     "tool_offset": {"tool": {"offset": [0.001, -0.002, 0.003]}},
 }
-OF_TORQUE_SERVOS = {"servo_stiffness", "servo_damping", "servo_integral", "servo_dead_band", "torque_limit"}
+OF_TORQUE_SERVOS = {
+    "servo_stiffness",
+    "servo_damping",
+    "servo_integral",
+    "servo_dead_band",
+    "torque_limit",
+    "torque_dead_band",
+    "servo_voltage",
+}
 LOST = {"stribeck_friction": {"joint4": {"stribeck": 2.0, "stribeck_velocity": 0.1}}, "ft_bias": {"fx": {"bias": 1.5}}}
 
 

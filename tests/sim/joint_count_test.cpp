@@ -79,6 +79,8 @@ struct JointEffect {
 const std::vector<JointEffect> joint_effects = {
     {"coulomb_friction", {{"coulomb", 40.0}}},
     {"load_friction", {{"coefficient", 0.2}}},
+    {"quadratic_drag", {{"quadratic", 30.0}}},
+    {"angle_friction", {{"amplitude", 15.0}, {"cycles", 3.0}}},
     {"rotor_inertia", {{"rotor_inertia", 9e-4}}},
     {"cable_spring", {{"stiffness", 60.0}, {"rest", 0.1}}},
     {"encoder_offset", {{"offset", 0.01}}},

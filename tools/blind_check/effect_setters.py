@@ -50,6 +50,35 @@ def load_friction(truth: Truth, target: str, p: dict) -> None:
     truth.hooks["friction"].append(hook)
 
 
+def driven_friction(truth: Truth, target: str, p: dict) -> None:
+    i = _index(target)
+
+    def hook(s):
+        s.friction[:, i] += p["coefficient"] * np.maximum(-s.tau[:, i] * s.sign[:, i], 0) * s.sign[:, i]
+
+    truth.hooks["friction"].append(hook)
+
+
+def quadratic_drag(truth: Truth, target: str, p: dict) -> None:
+    i = _index(target)
+
+    def hook(s):
+        s.friction[:, i] += p["quadratic"] * s.v[:, i] * np.abs(s.v[:, i])
+
+    truth.hooks["friction"].append(hook)
+
+
+def angle_friction(truth: Truth, target: str, p: dict) -> None:
+    i = _index(target)
+
+    def hook(s):
+        dry = truth.cell["drives"]["friction"]["coulomb"][i]
+        wave = p["amplitude"] * np.sin(p["cycles"] * s.q[:, i] + p.get("phase", 0.0))
+        s.friction[:, i] += np.maximum(wave, -dry) * s.sign[:, i]
+
+    truth.hooks["friction"].append(hook)
+
+
 def thermal_friction(truth: Truth, target: str, p: dict) -> None:
     i = _index(target)
 

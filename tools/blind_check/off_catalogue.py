@@ -25,9 +25,7 @@ class OffCatalogueEffect:
 
 CAMERA, LASER, TUBE = single_target("camera"), single_target("laser"), single_target("tube")
 OFF_CATALOGUE = [
-    OffCatalogueEffect("position_friction", joints, (0.02, 3), drives.position_friction, ARM),
     OffCatalogueEffect("asymmetric_friction", joints, (0.02, 3), drives.asymmetric_friction, ARM),
-    OffCatalogueEffect("quadratic_drag", joints, (0.02, 10), drives.quadratic_drag, ARM),
     OffCatalogueEffect("dahl_friction", joints, (0.05, 3), drives.dahl_friction, ARM),
     OffCatalogueEffect("break_away", joints, (0.05, 3), drives.break_away, ARM),
     OffCatalogueEffect("cable_jerk", joints, (0.1, 40), drives.cable_jerk, ARM),

@@ -23,20 +23,9 @@ def friction(make):
 
 
 @friction
-def position_friction(truth, i, c, rng):
-    cycles, phase = int(rng.integers(4, 13)), rng.uniform(-np.pi, np.pi)
-    return lambda s: c * np.sin(cycles * s.q[:, i] + phase) * s.sign[:, i]
-
-
-@friction
 def asymmetric_friction(truth, i, c, rng):
     side = random_sign(rng)
     return lambda s: c * np.maximum(side * s.sign[:, i], 0) * side
-
-
-@friction
-def quadratic_drag(truth, i, c, rng):
-    return lambda s: 3 * c * s.v[:, i] * np.abs(s.v[:, i])
 
 
 @friction

@@ -62,6 +62,9 @@ def drive_trials(d: dict, i: int) -> dict:
             single_parameter("stribeck", 0, 0.1, stribeck_velocity=SHAPE["stribeck_velocity"])
         ],
         "load_friction": lambda: [single_parameter("coefficient", 0, 1e-3)],
+        "driven_friction": lambda: [single_parameter("coefficient", 0, 1e-2)],
+        "quadratic_drag": lambda: [single_parameter("quadratic", 0, 0.1)],
+        "angle_friction": lambda: wave_parameters(0.1),
         "thermal_friction": lambda: [single_parameter("drop", 0, 1e-2, time_constant=SHAPE["thermal"])],
         "torque_constant": lambda: [single_parameter("torque_constant", d["torque_constant"][i], 1e-3)],
         "rotor_inertia": lambda: [single_parameter("rotor_inertia", d["rotor_inertia"][i], 1e-5)],

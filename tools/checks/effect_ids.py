@@ -25,6 +25,7 @@ ALLOWED = (
 # Ids that also name a field, a file or a command, and where they do.
 OTHER_MEANING: dict[str, tuple[str, ...]] = {
     "servo_damping": ("libkr5/include/kr5/force/insertion.hpp",),
+    "torque_dead_band": ("libkr5/include/kr5/cell/drives.hpp",),
     "torque_limit": ("libkr5/include/kr5/cell/drives.hpp", "bindings/kr5/models/forms.py"),
     "hand_eye": ("tools/kr5_tools/",),
     "payload": (

@@ -127,6 +127,10 @@ std::string lacking_part(const Effect& effect, const Cell& cell) {
   return effect.needs.there && !effect.needs.there(cell) ? effect.needs.part : "";
 }
 
+bool part_replaced(const Effect& effect, const Cell& cell) {
+  return !lacking_part(effect, cell).empty() && effect.needs.replaced && effect.needs.replaced(cell);
+}
+
 std::optional<EffectValue> get_effect(const Effects& effects, const std::string& id, const std::string& target,
                                       const std::string& parameter) {
   const Effect& row = required_row(id);

@@ -39,9 +39,11 @@ MatrixXd EffectiveDrives::rotor_matrix() const {
   return motors ? motors->rotor_matrix() : MatrixXd::Zero(size(), size());
 }
 
-VectorXd EffectiveDrives::friction(const VectorXd& speed, const VectorXd& torque, double t) const {
-  return each_joint(joints,
-                    [&](const JointDrive& j, Index i) { return joint_friction(j.friction, speed[i], torque[i], t); });
+VectorXd EffectiveDrives::friction(const VectorXd& position, const VectorXd& speed, const VectorXd& torque,
+                                   double t) const {
+  return each_joint(joints, [&](const JointDrive& j, Index i) {
+    return joint_friction<double>(j.friction, {position[i], speed[i], torque[i], t});
+  });
 }
 
 VectorXd EffectiveDrives::ripple(const VectorXd& q) const {
@@ -79,7 +81,7 @@ MatrixXd EffectiveDrives::drive_torques(const VectorXd& t, const MatrixXd& posit
   const ArrayXd time = t;
   for (Index i = 0; i < load.cols(); ++i) {
     const JointDrive& j = joint(i);
-    out.col(i).array() += joint_friction<ArrayXd>(j.friction, speed.col(i), load.col(i), time);
+    out.col(i).array() += joint_friction<ArrayXd>(j.friction, {position.col(i), speed.col(i), load.col(i), time});
     if (j.ripple.amplitude != 0.0) out.col(i).array() += torque_ripple<ArrayXd>(j.ripple, position.col(i));
   }
   return out;

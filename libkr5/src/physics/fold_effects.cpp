@@ -132,6 +132,8 @@ std::vector<Place> own_places() {
       Place{"servo_integral", "servo.torque[].integral", &put_torque_servo},
       Place{"servo_dead_band", "servo.torque[].dead_band", &put_torque_servo},
       Place{"torque_limit", "servo.torque[].torque_limit", &put_torque_servo},
+      Place{"torque_dead_band", "servo.torque[].torque_dead_band", &put_torque_servo},
+      Place{"servo_voltage", "servo.torque[].stall_torque", &put_torque_servo},
       Place{"tool_servo", "servo.tool",
             [](const Cell& from, int, Cell& to) { to.servo->tool->natural_frequency = tool_servo(from); }},
       Place{"tool_damping", "servo.tool",

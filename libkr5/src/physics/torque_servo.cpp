@@ -36,6 +36,15 @@ std::optional<double> torque_limit(const cell::Cell& cell, int joint) {
   return std::min(stated.value_or(other), other);
 }
 
+double torque_dead_band(const cell::Cell& cell, int joint) {
+  return cell.effects.replaced_number("torque_dead_band", "torque", joint)
+      .value_or(cell.servo->torque_of(joint).torque_dead_band);
+}
+
+double servo_voltage(const cell::Cell& cell, int joint) {
+  return cell.effects.number("servo_voltage", "voltage", joint);
+}
+
 cell::TorqueServo torque_servo(const cell::Cell& cell, int joint) {
   cell::TorqueServo out = cell.servo->torque_of(joint);
   out.stiffness = servo_stiffness(cell, joint);
@@ -43,6 +52,10 @@ cell::TorqueServo torque_servo(const cell::Cell& cell, int joint) {
   out.integral = servo_integral(cell, joint);
   out.dead_band = servo_dead_band(cell, joint);
   out.torque_limit = torque_limit(cell, joint);
+  out.torque_dead_band = torque_dead_band(cell, joint);
+  const double voltage = servo_voltage(cell, joint);
+  if (out.stall_torque) *out.stall_torque *= voltage;
+  if (out.no_load_speed) *out.no_load_speed *= voltage;
   out.delay = torque_servo_delay(cell, joint);
   return out;
 }
@@ -65,8 +78,9 @@ TorqueBound torque_bound(const cell::TorqueServo& servo, double side, double spe
 double servo_torque(const cell::TorqueServo& servo, double error, double integral, double command_speed, double speed) {
   const double asked = servo.stiffness * effective_error(servo, error) + servo.integral * integral +
                        servo.feed_forward * command_speed - servo.damping * speed;
+  const double given = effective_torque(servo, asked);
   // Not std::clamp: beyond the no-load speed the bounds cross zero, and of two that cross each other the lower holds.
-  return std::min(std::max(asked, torque_bound(servo, -1.0, speed).at(speed)),
+  return std::min(std::max(given, torque_bound(servo, -1.0, speed).at(speed)),
                   torque_bound(servo, 1.0, speed).at(speed));
 }
 

@@ -147,6 +147,9 @@ class DryFriction {
 /// How a servo acts in a step: torque = constant - stiffness x_mid - damping w.
 struct Action {
   double constant = 0.0, stiffness = 0.0, damping = 0.0;
+  bool bounded = false;  ///< It gives all that it can.
+
+  double torque(double middle, double w) const { return constant - stiffness * middle - damping * w; }
 
   bool operator==(const Action&) const = default;
 };
@@ -166,7 +169,9 @@ class ServoArm {
             "joint_elasticity and backlash out, or state joint servos (servo.joint)");
     for (Index i = 0; i < n; ++i) commands_.emplace_back(t, command.col(i), servos_[static_cast<std::size_t>(i)]);
     v_ = a_ = w_ = integral_ = bias_ = torque_ = slope_ = x_mid_ = v_mid_ = before_ = last_ = VectorXd::Zero(n);
-    q_ = qd_ = qdd_ = level_ = b_ = viscous_ = command_ = rate_ = VectorXd::Zero(n);
+    ripple_ = gear_ = offset_ = VectorXd::Zero(n);
+    for (Index i = 0; i < n; ++i) loaded_ = loaded_ || drives_.joint(i).friction.needs_gear_torque();
+    q_ = qd_ = qdd_ = level_ = b_ = drag_ = command_ = rate_ = VectorXd::Zero(n);
     actions_.resize(static_cast<std::size_t>(n));
     inertia(x_, v_);
     for (Index i = 0; i < n; ++i)
@@ -174,6 +179,7 @@ class ServoArm {
                                             " has no inertia, by which a torque servo could move it; state masses of "
                                             "its links (robot.links) or the inertia of its rotor");
     rest(t[0]);
+    note_gear_torque();
   }
 
   /// The longest step that follows the oscillations of the joints on their servos [s].
@@ -211,8 +217,15 @@ class ServoArm {
     for (Index i = 0; i < x.size(); ++i) {
       const physics::JointDrive& joint = drives_.joint(i);
       bias_[i] = slope_[i] * (bias_[i] + physics::cable_spring(joint.cable, q_[i]));
-      if (joint.ripple.amplitude != 0.0) bias_[i] += physics::torque_ripple(joint.ripple, x[i]);
+      if (joint.ripple.amplitude == 0.0) continue;
+      ripple_[i] = physics::torque_ripple(joint.ripple, x[i]);
+      bias_[i] += ripple_[i];
     }
+  }
+
+  /// What links and dress pack ask of the gears, for friction that needs it.
+  void note_gear_torque() {
+    if (loaded_) gear_.noalias() = M_ * a_ - rotors_ * a_ + bias_ - ripple_;
   }
 
   void rest(double t) {
@@ -232,13 +245,15 @@ class ServoArm {
     const double held = s.integral * (integral_[k] + 0.5 * h * physics::effective_error(s, error));
     const bool inside = std::abs(error) <= s.dead_band && s.dead_band > 0.0;
     const double edge = inside ? 0.0 : std::copysign(s.dead_band, error);
-    const Action line{held + s.feed_forward * rate + (inside ? 0.0 : s.stiffness * (u - edge)),
-                      inside ? 0.0 : s.stiffness, s.damping};
-    const double asked = line.constant - line.stiffness * (x_[k] + 0.5 * h * w) - line.damping * w;
+    Action line{held + s.feed_forward * rate + (inside ? 0.0 : s.stiffness * (u - edge)), inside ? 0.0 : s.stiffness,
+                s.damping};
+    const double asked = line.torque(x_[k] + 0.5 * h * w, w), given = physics::effective_torque(s, asked);
     for (const double side : {-1.0, 1.0}) {
       const physics::TorqueBound bound = physics::torque_bound(s, side, w);
-      if (side * asked > side * bound.at(w)) return {bound.at_rest, 0.0, bound.slope};
+      if (side * given > side * bound.at(w)) return {bound.at_rest, 0.0, bound.slope, true};
     }
+    if (given == 0.0 && s.torque_dead_band > 0.0) return {};
+    line.constant += given - asked;
     return line;
   }
 
@@ -250,8 +265,10 @@ class ServoArm {
     for (Index i = 0; i < n; ++i) {
       const auto k = static_cast<std::size_t>(i);
       const physics::JointFriction& f = drives_.joint(i).friction;
-      level_[i] = h * physics::dry_friction_at(f, std::abs(w_[i]), torque_[i], t);
-      viscous_[i] = physics::viscous_friction_at(f, 1.0, t);
+      const physics::FrictionRange dry = physics::dry_friction_at(f, {x_mid_[i], w_[i], gear_[i], t});
+      level_[i] = h * dry.level;
+      offset_[i] = dry.offset;
+      drag_[i] = physics::friction_slope_at(f, v_mid_[i], t);
       command_[i] = commands_[k].mean(t, t + h);
       rate_[i] = commands_[k].speed(t, t + h);
       actions_[k] = action(k, h, w_[i]);
@@ -260,10 +277,10 @@ class ServoArm {
     for (int pass = 0; pass < most_settling_passes; ++pass) {
       A_ = 2.0 * M_;
       b_.noalias() = A_ * v_;
-      b_ -= h * bias_;
+      b_ -= h * (bias_ + offset_);
       for (Index i = 0; i < n; ++i) {
         const Action& act = actions_[static_cast<std::size_t>(i)];
-        A_(i, i) += h * (act.damping + viscous_[i]) + 0.5 * h * h * act.stiffness;
+        A_(i, i) += h * (act.damping + drag_[i]) + 0.5 * h * h * act.stiffness;
         b_[i] += h * (act.constant - act.stiffness * x_[i]);
       }
       last_ = w_;
@@ -272,6 +289,7 @@ class ServoArm {
     }
     for (Index i = 0; i < n; ++i) finish(i, h);
     a_ = (v_ - before_) / h;
+    note_gear_torque();
   }
 
   /// Whether the servos act at the speed that was found as they did to find it; otherwise they do from now on.
@@ -290,9 +308,8 @@ class ServoArm {
     const auto k = static_cast<std::size_t>(i);
     const Action& act = actions_[k];
     const double middle = x_[i] + 0.5 * h * w_[i];
-    torque_[i] = act.constant - act.stiffness * middle - act.damping * w_[i];
-    const bool bounded = act.stiffness == 0.0 && servos_[k].dead_band == 0.0;
-    if (!bounded) integral_[i] += h * physics::effective_error(servos_[k], command_[i] - middle);
+    torque_[i] = act.torque(middle, w_[i]);
+    if (!act.bounded) integral_[i] += h * physics::effective_error(servos_[k], command_[i] - middle);
     x_[i] += h * w_[i];
     v_[i] = w_[i] == 0.0 ? 0.0 : 2.0 * w_[i] - v_[i];
     if (v_[i] * w_[i] < 0.0 && level_[i] > 0.0) v_[i] = 0.0;  // it came to rest within the step
@@ -305,10 +322,12 @@ class ServoArm {
   std::vector<CommandIntegral> commands_;
   std::vector<Action> actions_;
   DryFriction friction_;
-  VectorXd x_, v_, a_, w_, integral_, bias_, torque_, slope_, q_, qd_, qdd_, level_, b_, viscous_;
-  VectorXd command_, rate_;                 // over the present step
+  VectorXd x_, v_, a_, w_, integral_, bias_, torque_, slope_, q_, qd_, qdd_, level_, b_, drag_;
+  VectorXd ripple_, gear_, offset_;  // torque of the motors, torque through the gears, dry friction (FrictionRange)
+  VectorXd command_, rate_;          // over the present step
   VectorXd x_mid_, v_mid_, before_, last_;  // of it, so that none is allocated
   MatrixXd M_, A_;
+  bool loaded_ = false;  // some friction asks for the torque through its gear
 };
 
 }  // namespace

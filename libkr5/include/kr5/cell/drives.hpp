@@ -71,8 +71,9 @@ constexpr auto enum_names(CommandHold) {
 
 /// Servo that turns the error of a joint into a torque, as hobby and research servos and the actuators of simulators
 /// do: torque = stiffness e + integral (integral of e) + feed_forward du/dt - damping qd, with e the command `delay`
-/// earlier less the position, outside the dead band. The torque is limited, and by the supply voltage the more the
-/// faster the joint turns: from -stall_torque (1 + qd / no_load_speed) to stall_torque (1 - qd / no_load_speed).
+/// earlier less the position, outside the dead band. The drive gives less by its dead band in torque. The torque is
+/// limited, and by the supply voltage the more the faster the joint turns: from -stall_torque (1 + qd / no_load_speed)
+/// to stall_torque (1 - qd / no_load_speed).
 struct TorqueServo {
   double stiffness = 0.0;               ///< [N m/rad or N/m]
   double damping = 0.0;                 ///< [N m s/rad or N s/m]
@@ -82,6 +83,7 @@ struct TorqueServo {
   std::optional<double> torque_limit;   ///< [N m or N]
   std::optional<double> stall_torque;   ///< At full supply voltage [N m or N].
   std::optional<double> no_load_speed;  ///< At full supply voltage [rad/s or m/s].
+  double torque_dead_band = 0.0;        ///< Greatest torque that is asked and does not come out [N m or N].
   double delay = 0.0;                   ///< [s]
   CommandHold hold = CommandHold::ZeroOrderHold;
 
@@ -95,6 +97,8 @@ struct TorqueServo {
     visit("torque_limit", self.torque_limit, "Maximum torque; absent: without limit [N m or N].");
     visit("stall_torque", self.stall_torque, "Torque at standstill under full supply voltage [N m or N].");
     visit("no_load_speed", self.no_load_speed, "Speed without torque under full supply voltage [rad/s or m/s].");
+    visit("torque_dead_band", self.torque_dead_band,
+          "Greatest torque that is asked and does not come out; a greater one is less by it [N m or N].");
     visit("delay", self.delay, "Delay from the command to its effect [s].");
     visit("hold", self.hold, "Command between its stamps: held | straight.");
   }

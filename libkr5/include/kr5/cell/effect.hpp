@@ -194,6 +194,8 @@ struct ActiveEffect {
 struct EffectNeed {
   std::string part = {};                        ///< In words: "drives".
   std::function<bool(const Cell&)> there = {};  ///< Empty: nothing is needed.
+  /// Whether another part stands in its place, so that a cell lacks nothing without it; empty: none can.
+  std::function<bool(const Cell&)> replaced = {};
 };
 
 /// Row of the catalogue: everything about an effect except its law.
@@ -256,8 +258,11 @@ std::vector<std::string> effect_targets(const Effect& effect, const Cell& cell);
 /// Whether a cell has the target, and all else that the effect acts on.
 bool effect_possible(const Effect& effect, const Cell& cell, const std::string& target);
 
-/// Part that a cell lacks so that it cannot carry an effect on any target, in words; empty when it lacks nothing.
+/// Part without which a cell cannot carry an effect on any target, in words; empty when it has it.
 std::string lacking_part(const Effect& effect, const Cell& cell);
+/// Whether another part of the cell stands in the place of the one that an effect acts on, as one kind of servo for
+/// another: the effect says nothing about this cell.
+bool part_replaced(const Effect& effect, const Cell& cell);
 
 /// Value of a parameter; nothing when it is off as in the cell.
 /// @throws InvalidArgument for an unknown effect, target or parameter, naming what there is.

@@ -28,7 +28,8 @@ struct EffectiveDrives {
   Eigen::MatrixXd rotor_matrix() const;
 
   // At one instant, a value a joint:
-  Eigen::VectorXd friction(const Eigen::VectorXd& speed, const Eigen::VectorXd& torque, double t) const;
+  Eigen::VectorXd friction(const Eigen::VectorXd& position, const Eigen::VectorXd& speed, const Eigen::VectorXd& torque,
+                           double t) const;
   Eigen::VectorXd ripple(const Eigen::VectorXd& q) const;
   Eigen::VectorXd cable(const Eigen::VectorXd& q) const;
   Eigen::VectorXd link(const Eigen::VectorXd& q) const;

@@ -25,6 +25,10 @@ double servo_integral(const cell::Cell& cell, int joint);
 double servo_dead_band(const cell::Cell& cell, int joint);
 /// Its greatest torque, the lower of those of cell and effect; nothing without a limit [N m or N].
 std::optional<double> torque_limit(const cell::Cell& cell, int joint);
+/// Its dead band in torque [N m or N].
+double torque_dead_band(const cell::Cell& cell, int joint);
+/// Its supply voltage over the nominal one [-]: stall torque and no-load speed are in proportion to it.
+double servo_voltage(const cell::Cell& cell, int joint);
 /// The torque servo of a joint with the effects that the cell carries. Needs torque servos.
 cell::TorqueServo torque_servo(const cell::Cell& cell, int joint);
 /// One a joint; none when the cell has no torque servos.
@@ -37,6 +41,12 @@ const std::vector<std::string>& servo_motion_effects();
 /// Part of an error of the position that makes a torque [rad or m].
 inline double effective_error(const cell::TorqueServo& servo, double error) {
   return error - std::clamp(error, -servo.dead_band, servo.dead_band);
+}
+
+/// Torque that comes out of a drive of which this is asked, which gives nothing for one within its dead band [N m or
+/// N].
+inline double effective_torque(const cell::TorqueServo& servo, double asked) {
+  return asked - std::clamp(asked, -servo.torque_dead_band, servo.torque_dead_band);
 }
 
 /// Torques that a servo can give at a speed: each bound is `at_rest` less `slope` times the speed [N m or N],

@@ -107,6 +107,7 @@ void check_torque_servo(DiagnosticCollector& c, const FieldPath& field, const To
   expect(s.no_load_speed.value_or(1.0) > 1e-6, ".no_load_speed", "a positive speed [rad/s or m/s]");
   expect(s.stall_torque.has_value() == s.no_load_speed.has_value(), ".no_load_speed",
          "stall_torque and no_load_speed together, or none of them");
+  expect(s.torque_dead_band >= 0, ".torque_dead_band", "a torque or force, not negative [N m or N]");
   expect(s.delay >= 0, ".delay", "a delay, not negative [s]");
 }
 

@@ -27,6 +27,7 @@ inline constexpr double length = 1e-3;       ///< Links and mounts [m].
 inline constexpr double centre = 0.02;       ///< Centres of mass [m].
 inline constexpr double part = 0.2;          ///< Relative change of a bandwidth, a friction, a stiffness.
 inline constexpr double scale = 0.05;        ///< Relative error of a factor from a data sheet (gain, torque constant).
+inline constexpr double backwards = 0.1;     ///< Efficiency that a gear lacks when its load drives it.
 inline constexpr double half_cycle = 0.006;  ///< Delays and lags [s].
 inline constexpr double reflected_inertia = 0.05;  ///< Of a rotor, joint side, of which none is known [kg m^2 or kg].
 inline constexpr double load_inertia = 0.01;       ///< 1 kg at 0.1 m from its centre [kg m^2].
@@ -120,13 +121,22 @@ inline const EffectNeed has_drives{"drives", [](const Cell& cell) { return cell.
 inline const EffectNeed has_links{"link masses (robot.links)",
                                   [](const Cell& cell) { return !cell.robot.links.empty(); }};
 inline const EffectNeed has_servo{"servo", [](const Cell& cell) { return cell.servo.has_value(); }};
-inline const EffectNeed has_joint_servo{"joint servo (servo.joint)",
-                                        [](const Cell& cell) { return cell.servo && !cell.servo->joint.empty(); }};
-inline const EffectNeed has_torque_servo{"torque servo (servo.torque)",
-                                         [](const Cell& cell) { return cell.has_torque_servos(); }};
-inline const EffectNeed follows_commands{
-    "servo of the joints (servo.joint, servo.torque)",
-    [](const Cell& cell) { return cell.has_torque_servos() || (cell.servo && !cell.servo->joint.empty()); }};
+/// The joints of a cell have one kind of servo, in the place of the other.
+inline bool joints_follow(const Cell& cell) { return cell.servo && !cell.servo->joint.empty(); }
+inline bool joints_are_driven(const Cell& cell) { return cell.has_torque_servos(); }
+inline const EffectNeed has_joint_servo{"joint servo (servo.joint)", joints_follow, joints_are_driven};
+inline const EffectNeed has_torque_servo{"torque servo (servo.torque)", joints_are_driven, joints_follow};
+inline const EffectNeed has_voltage_limit{"limit by the supply voltage (servo.torque: stall_torque, no_load_speed)",
+                                          [](const Cell& cell) {
+                                            return joints_are_driven(cell) &&
+                                                   std::ranges::any_of(cell.servo->torque, [](const TorqueServo& one) {
+                                                     return one.stall_torque && one.no_load_speed;
+                                                   });
+                                          },
+                                          joints_follow};
+inline const EffectNeed follows_commands{"servo of the joints (servo.joint, servo.torque)", [](const Cell& cell) {
+                                           return joints_are_driven(cell) || joints_follow(cell);
+                                         }};
 /// A torque servo is simulated on a rigid gear.
 inline const EffectNeed has_soft_drives{"drives behind joint servos (drives, servo.joint)", [](const Cell& cell) {
                                           return cell.drives.has_value() && !cell.has_torque_servos();

@@ -21,7 +21,8 @@ auto nominal(double TorqueServo::*field) {
   };
 }
 
-constexpr double usual_stiffness = 20.0;  // where none is stated [N m/rad]
+constexpr double usual_error = 5 * typical::angle;  // of a dead band [rad]
+constexpr double usual_stiffness = 20.0;            // where none is stated [N m/rad]
 
 double stiffness_of(const EffectSite& at) {
   const double stated = servo_of(at).stiffness;
@@ -91,7 +92,7 @@ std::vector<Effect> servo_rows() {
                        .upper = 0.5,
                        .description = "greatest error without torque",
                        .nominal = nominal(&TorqueServo::dead_band),
-                       .size = constant(5 * typical::angle),
+                       .size = constant(usual_error),
                        .signature_at = at({0.5, 2.0}),
                        .step = 0.05}},
        .needs = has_torque_servo},
@@ -115,6 +116,39 @@ std::vector<Effect> servo_rows() {
                            },
                        .signature_at = at({0.5, 1.0, 2.0, 4.0})}},
        .needs = has_torque_servo},
+      {.id = "torque_dead_band",
+       .target = Joint,
+       .label = "dead band of the drive",
+       .description = "the drive gives less torque than it is asked for, and none of a small one",
+       .shows_in = "measured position of its joint: it stops short of its command, and droops further under load",
+       .remedy = "Put the dead band into the model; a motor and gear that stick before they turn have one.",
+       .parameters = {{.name = "torque",
+                       .unit = "N m",
+                       .upper = 1e5,
+                       .description = "greatest torque that is asked and does not come out",
+                       .nominal = nominal(&TorqueServo::torque_dead_band),
+                       .size = [](const Site& at) { return usual_error * stiffness_of(at); },
+                       .signature_at = at({0.5, 2.0}),
+                       .step = 0.05}},
+       .needs = has_torque_servo},
+      {.id = "servo_voltage",
+       .target = Joint,
+       .label = "supply voltage of the servo",
+       .description = "the supply voltage differs, and with it stall torque and no-load speed",
+       .shows_in = "measured position of its joint: it falls behind in fast motions under load",
+       .remedy = "Charge the battery, use a stronger supply or thicker wires, or put the limits into the model.",
+       .parameters = {{.name = "voltage",
+                       .unit = "-",
+                       .off = {1.0},
+                       .lower = 0.01,
+                       .upper = 10,
+                       .description =
+                           "supply voltage over the nominal one, in proportion to which are stall torque and "
+                           "no-load speed",
+                       .coordinate = CoordinateKind::Ratio,
+                       .size = constant(typical::part),
+                       .signature_at = at({-7.0, -5.0, -3.0, -1.0})}},
+       .needs = has_voltage_limit},
   };
 }
 

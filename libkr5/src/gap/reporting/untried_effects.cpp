@@ -8,6 +8,7 @@ namespace kr5::gap {
 std::vector<UntriedEffect> untried_effects(const cell::Cell& cell, const std::vector<EffectName>& unseen) {
   std::vector<UntriedEffect> out;
   for (const cell::Effect& effect : cell::effect_catalogue()) {
+    if (cell::part_replaced(effect, cell)) continue;
     if (const std::string part = cell::lacking_part(effect, cell); !part.empty()) {
       out.push_back({effect.id, {}, NotTried::PartMissing, part});
       continue;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <iterator>
 #include <set>
 
 #include <Eigen/Cholesky>
@@ -132,22 +133,26 @@ Eigen::VectorXd residuals_with(const ComparisonData& data, const cell::Cell& abo
   }
 }
 
-/// Simulates the signatures of a candidate on the fit experiments.
+/// Simulates the signatures of a candidate on the fit experiments. Probes that show nothing are left out: a limit shows
+/// only once it is reached.
 void simulate(const ComparisonData& data, Candidate& candidate, const cell::Cell& about, const Eigen::VectorXd& base) {
   const std::vector<int> experiments = experiments_of_split(data, candidate.experiments, cell::Split::Fit);
-  for (const Probe& probe : candidate.hypothesis.probes) {
+  const auto shows = [&](const Probe& probe) {
     std::vector<Signature> columns;
     for (const Eigen::VectorXd& x : probe.points) {
       const double factor = probe.points.size() == 1 ? 1 / x(0) : 1.0;
       const Eigen::VectorXd with = residuals_with(data, about, candidate.hypothesis, x, experiments, base);
       columns.push_back(difference(data, experiments, base, with, factor));
     }
-    if (std::any_of(columns.begin(), columns.end(), [](const Signature& s) { return !s.empty(); }) &&
-        !(probe.indivisible && columns.size() == 2 && parallel(columns[0], columns[1])))
-      candidate.signatures.push_back(std::move(columns));
-    else
-      return candidate.signatures.clear();
-  }
+    if (std::all_of(columns.begin(), columns.end(), [](const Signature& s) { return s.empty(); }) ||
+        (probe.indivisible && columns.size() == 2 && parallel(columns[0], columns[1])))
+      return false;
+    candidate.signatures.push_back(std::move(columns));
+    return true;
+  };
+  std::vector<Probe> seen;
+  std::ranges::copy_if(candidate.hypothesis.probes, std::back_inserter(seen), shows);
+  if (!seen.empty()) candidate.hypothesis.probes = std::move(seen);
 }
 
 std::vector<EffectName> unseen_effects(const std::vector<std::shared_ptr<Candidate>>& candidates) {

@@ -13,7 +13,7 @@ using Shapes = std::vector<JointTerms>;
 
 /// The law of friction with one parameter at 1 and the others at 0: its derivative by that parameter.
 ArrayXd unit_friction(const physics::JointFriction& unit, const JointSignals& at) {
-  return physics::joint_friction<ArrayXd>(unit, at.speed, at.load, at.t);
+  return physics::joint_friction<ArrayXd>(unit, {.speed = at.speed, .torque = at.load, .t = at.t});
 }
 
 physics::JointFriction unit_law(double physics::JointFriction::*parameter) {

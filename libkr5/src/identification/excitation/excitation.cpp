@@ -103,11 +103,12 @@ Eigen::MatrixXd nominal_torques(const cell::Cell& cell, const JointMotion& state
   Eigen::MatrixXd out(states.samples(), n);
   VectorXd tau(n);
   for (Index k = 0; k < states.samples(); ++k) {
-    const VectorXd qd = states.qd.row(k), qdd = states.qdd.row(k);
-    dynamics.torques(states.q.row(k).transpose(), qd, qdd, tau);
+    const VectorXd q = states.q.row(k), qd = states.qd.row(k), qdd = states.qdd.row(k);
+    dynamics.torques(q, qd, qdd, tau);
     tau += rotors * qdd;
     for (Index j = 0; j < n; ++j)
-      out(k, j) = tau[j] + physics::joint_friction(friction[static_cast<std::size_t>(j)], qd[j], tau[j], 0.0);
+      out(k, j) =
+          tau[j] + physics::joint_friction<double>(friction[static_cast<std::size_t>(j)], {q[j], qd[j], tau[j], 0.0});
   }
   return out;
 }
