@@ -261,8 +261,8 @@ TEST_CASE("the regressor is the derivative of the physics that predicts") {
   const Eigen::MatrixXd load = arm.loads(motion.q, motion.qd, motion.qdd).tau;
   Eigen::MatrixXd expected = load + motion.qdd * model.structure.transpose() * rotors.asDiagonal() * model.structure;
   for (int i = 0; i < 3; ++i)
-    expected.col(i).array() += physics::joint_friction<Eigen::ArrayXd>(friction[static_cast<std::size_t>(i)],
-                                                                       motion.qd.col(i), load.col(i), motion.t);
+    expected.col(i).array() += physics::joint_friction<Eigen::ArrayXd>(
+        friction[static_cast<std::size_t>(i)], {motion.q.col(i), motion.qd.col(i), load.col(i), motion.t});
   expected.col(2).array() += 4.0;
   CHECK((regressor.torques(motion, chi) - expected).norm() < 1e-10 * expected.norm());
   CHECK((regressor.link_torques(motion, chi) - load).norm() < 1e-10 * load.norm());
