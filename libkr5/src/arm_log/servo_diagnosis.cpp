@@ -13,8 +13,10 @@ namespace kr5::arm_log {
 
 namespace {
 
-/// Parts of the time that fit and first diagnosis take, about.
-constexpr double fit_part = 0.3, first_part = 0.6;
+/// Parts of the time that the fit and the diagnoses before the last take, about.
+constexpr double fit_part = 0.2, nominal_part = 0.4, first_part = 0.7;
+/// Times the noise, beyond which servos do not explain a motion.
+constexpr double beyond_servos = 1.5;
 /// Of the noise, that a fit may leave by chance.
 constexpr double by_chance = 0.1;
 
@@ -31,6 +33,15 @@ gap::JointFit fitted_servos(const cell::Recording& recording, const gap::Diagnos
   if (const auto tell = part_of(options, 0.0, fit_part))
     fitting.progress = [tell](double fraction) { tell("fitting the servos", fraction); };
   return identify_servos(recording, fitting);
+}
+
+bool leaves_something(const gap::JointFit& fit) {
+  return std::ranges::any_of(
+      fit.columns, [](const gap::ColumnFit& c) { return std::max(c.after, c.check_after) > beyond_servos * c.noise; });
+}
+
+bool has_answer(const gap::Diagnosis& found) {
+  return found.verdict == gap::Verdict::NoGap || found.verdict == gap::Verdict::Explained;
 }
 
 /// What a fit leaves beyond noise, beside the errors that are known already.
@@ -50,12 +61,16 @@ gap::Diagnosis diagnose_servos(const cell::Recording& recording, const cell::Sim
                                const gap::DiagnoseOptions& options) {
   const gap::JointFit fit = fitted_servos(recording, options);
   gap::DiagnoseOptions search = options;
+  if (leaves_something(fit)) {  // servos that were bent to another cause lead away from it
+    search.progress = part_of(options, fit_part, nominal_part);
+    gap::Diagnosis out = gap::diagnose(recording, simulator, search);
+    if (has_answer(out)) return out;
+  }
   search.start = fit.effects;
-  search.progress = part_of(options, fit_part, first_part);
+  search.progress = part_of(options, nominal_part, first_part);
   gap::Diagnosis out = gap::diagnose(recording, simulator, search);
-  const bool done = out.verdict == gap::Verdict::NoGap || out.verdict == gap::Verdict::Explained;
   const bool errors_stated = !options.simulator_errors.empty() && !options.errors_of_recording;
-  if (done || errors_stated) return out;
+  if (has_answer(out) || errors_stated) return out;
   search.simulator_errors = errors_of(fit, options.simulator_errors);
   search.errors_of_recording = true;
   search.progress = part_of(options, first_part, 1.0);
