@@ -42,6 +42,17 @@ arm_log::LogDiagnosis diagnosed(std::uint64_t seed, const Change* change, std::s
   return arm_log::diagnose_log(servo_log(arm, random), model);
 }
 
+/// The change is named first, on the target, if that is not the joint that was drawn, and explains the log.
+void check_named(std::uint64_t seed, const Change& change, const std::string& on = "") {
+  std::string drawn;
+  const gap::Diagnosis found = diagnosed(seed, &change, drawn).diagnosis;
+  const std::string target = on.empty() ? drawn : on;
+  INFO(change.effect << "." << target << ": " << text(found));
+  REQUIRE(!found.causes.empty());
+  CHECK(cause_matches(found.causes[0], {change.effect, target}));
+  CHECK(found.verdict == gap::Verdict::Explained);
+}
+
 }  // namespace
 
 TEST_CASE("what is wrong with a servo or its friction is named from commands and rounded positions",
@@ -56,12 +67,7 @@ TEST_CASE("what is wrong with a servo or its friction is named from commands and
        [](cell::Cell& arm, int j, Random& r) { servo_of(arm, j).dead_band = r.uniform(0.01, 0.02); }},
   };
   const int k = GENERATE(0, 1, 2, 3);
-  std::string target;
-  const arm_log::LogDiagnosis found = diagnosed(7100 + static_cast<std::uint64_t>(k), &changes[k], target);
-  INFO(changes[k].effect << "." << target << ": " << text(found.diagnosis));
-  REQUIRE(!found.diagnosis.causes.empty());
-  CHECK(cause_matches(found.diagnosis.causes[0], {changes[k].effect, target}));
-  CHECK(found.diagnosis.verdict == gap::Verdict::Explained);
+  check_named(7100 + static_cast<std::uint64_t>(k), changes[k]);
 }
 
 TEST_CASE("friction of other laws is named from commands and rounded positions", "[long][not_sanitized]") {
@@ -81,12 +87,7 @@ TEST_CASE("friction of other laws is named from commands and rounded positions",
        [](cell::Cell& arm, int j, Random& r) { servo_of(arm, j).torque_dead_band = r.uniform(0.15, 0.3); }},
   };
   const int k = GENERATE(0, 1, 2);
-  std::string target;
-  const arm_log::LogDiagnosis found = diagnosed(7500 + static_cast<std::uint64_t>(k), &changes[k], target);
-  INFO(changes[k].effect << "." << target << ": " << text(found.diagnosis));
-  REQUIRE(!found.diagnosis.causes.empty());
-  CHECK(cause_matches(found.diagnosis.causes[0], {changes[k].effect, target}));
-  CHECK(found.diagnosis.verdict == gap::Verdict::Explained);
+  check_named(7500 + static_cast<std::uint64_t>(k), changes[k]);
 }
 
 TEST_CASE("a load that drives its gear and a low supply are named in a joint that carries the arm", "[not_sanitized]") {
@@ -99,12 +100,7 @@ TEST_CASE("a load that drives its gear and a low supply are named in a joint tha
                                cell::set_effect(arm, "servo_voltage", "joint2", "voltage", r.uniform(0.3, 0.45));
                              }}};
   const int k = GENERATE(0, 1);
-  std::string target;
-  const arm_log::LogDiagnosis found = diagnosed(7510 + static_cast<std::uint64_t>(k), &changes[k], target);
-  INFO(text(found.diagnosis));
-  REQUIRE(!found.diagnosis.causes.empty());
-  CHECK(cause_matches(found.diagnosis.causes[0], {changes[k].effect, "joint2"}));
-  CHECK(found.diagnosis.verdict == gap::Verdict::Explained);
+  check_named(7510 + static_cast<std::uint64_t>(k), changes[k], "joint2");
 }
 
 TEST_CASE("an arm that is as its model says has no gap in commands and rounded positions", "[not_sanitized]") {

@@ -54,6 +54,20 @@ double period(const VectorXd& t, const VectorXd& x) {
   return (crossings.back() - crossings.front()) / static_cast<double>(crossings.size() - 1);
 }
 
+/// A world whose drives have neither friction nor rotors, so that the current of joint 3 shows the torque through its
+/// gear.
+struct LoadedWorld : World {
+  LoadedWorld() {
+    cell.drives->friction.coulomb.setZero();
+    cell.drives->friction.viscous.setZero();
+    cell.drives->rotor_inertia.setZero();
+    speed = rate_of(show(Kind::Motion, "q3"));
+    load = show(Kind::Motion, "i3") * cell.drives->torque_constant[2] * cell.drives->structure(2, 2);
+  }
+
+  VectorXd speed, load;
+};
+
 }  // namespace
 
 TEST_CASE("more Coulomb friction is a step at every reversal") {
@@ -81,30 +95,20 @@ TEST_CASE("Stribeck friction shows near zero speed only") {
 }
 
 TEST_CASE("load friction is a part of the transmitted torque, against the motion") {
-  World w;
-  w.cell.drives->friction.coulomb.setZero();
-  w.cell.drives->friction.viscous.setZero();
-  w.cell.drives->rotor_inertia.setZero();
-  const VectorXd speed = rate_of(w.show(Kind::Motion, "q3"));
-  const VectorXd load = w.show(Kind::Motion, "i3") * w.cell.drives->torque_constant[2] * w.cell.drives->structure(2, 2);
+  const LoadedWorld w;
   const VectorXd torque = added_torque(w, w.with("load_friction", "joint3", {{"coefficient", 0.07}}), 2);
-  for (const Index k : moving(speed))
-    CHECK(torque[k] == Approx(std::copysign(0.07 * std::abs(load[k]), speed[k])).margin(1e-9));
+  for (const Index k : moving(w.speed))
+    CHECK(torque[k] == Approx(std::copysign(0.07 * std::abs(w.load[k]), w.speed[k])).margin(1e-9));
 }
 
 TEST_CASE("friction while the load drives is a part of the transmitted torque, where power flows to the motor") {
-  World w;
-  w.cell.drives->friction.coulomb.setZero();
-  w.cell.drives->friction.viscous.setZero();
-  w.cell.drives->rotor_inertia.setZero();
-  const VectorXd speed = rate_of(w.show(Kind::Motion, "q3"));
-  const VectorXd load = w.show(Kind::Motion, "i3") * w.cell.drives->torque_constant[2] * w.cell.drives->structure(2, 2);
+  const LoadedWorld w;
   const VectorXd torque = added_torque(w, w.with("driven_friction", "joint3", {{"coefficient", 0.2}}), 2);
   int driven = 0;
-  for (const Index k : moving(speed)) {
-    const bool back = load[k] * speed[k] < 0.0;
+  for (const Index k : moving(w.speed)) {
+    const bool back = w.load[k] * w.speed[k] < 0.0;
     driven += back;
-    CHECK(torque[k] == Approx(back ? -0.2 * load[k] : 0.0).margin(1e-9));
+    CHECK(torque[k] == Approx(back ? -0.2 * w.load[k] : 0.0).margin(1e-9));
   }
   CHECK(driven > 50);
 }

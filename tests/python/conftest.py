@@ -156,6 +156,20 @@ def diagnose(tmp_path, monkeypatch):
     return run
 
 
+@pytest.fixture(scope="session")
+def torque_servo_effects() -> set[str]:
+    """Ids of the effects that only cells with torque servos carry."""
+    return {
+        "servo_stiffness",
+        "servo_damping",
+        "servo_integral",
+        "servo_dead_band",
+        "torque_limit",
+        "torque_dead_band",
+        "servo_voltage",
+    }
+
+
 @pytest.fixture
 def ros():
     """Types of the messages of ROS 2."""

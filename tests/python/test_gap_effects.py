@@ -23,7 +23,7 @@ def experiments(cell):
     return effect_pictures.standard_experiments(cell)
 
 
-def test_every_effect_is_listed_as_its_row_says(run_kr5, tmp_path):
+def test_every_effect_is_listed_as_its_row_says(run_kr5, tmp_path, torque_servo_effects):
     done = run_kr5("gap", "effects", "--json", "effects.json")
     assert done.returncode == 0, done.stderr
     rows = {row.id: row for row in kr5.cell.effect_catalogue()}
@@ -43,15 +43,7 @@ def test_every_effect_is_listed_as_its_row_says(run_kr5, tmp_path):
         there = any(p["typical"] is not None for p in e["parameters"])
         assert there == bool(e["targets"])
     without = {e["id"] for e in listed if not e["targets"]}  # the shipped cell has no torque servos
-    assert without == {
-        "servo_stiffness",
-        "servo_damping",
-        "servo_integral",
-        "servo_dead_band",
-        "torque_limit",
-        "torque_dead_band",
-        "servo_voltage",
-    }
+    assert without == torque_servo_effects
 
 
 def test_one_effect_is_told_with_its_size_bounds_and_remedy(run_kr5, tmp_path, cell):

@@ -23,15 +23,6 @@ EFFECTS = {  # that every format holds
     "payload": {"tool": {"mass": 0.8, "com": [0.01, 0.02, 0.03]}},
     "tool_offset": {"tool": {"offset": [0.001, -0.002, 0.003]}},
 }
-OF_TORQUE_SERVOS = {
-    "servo_stiffness",
-    "servo_damping",
-    "servo_integral",
-    "servo_dead_band",
-    "torque_limit",
-    "torque_dead_band",
-    "servo_voltage",
-}
 LOST = {"stribeck_friction": {"joint4": {"stribeck": 2.0, "stribeck_velocity": 0.1}}, "ft_bias": {"fx": {"bias": 1.5}}}
 
 
@@ -119,9 +110,9 @@ def test_a_tuned_cell_is_not_the_nominal_urdf_and_what_is_lost_is_told(arc, tmp_
 
 
 @pytest.mark.parametrize("ending", ["urdf", "xml", "sdf", "drake.sdf", "yaml"])
-def test_every_effect_is_held_or_lost_and_none_forgotten(arc, tmp_path, ending):
+def test_every_effect_is_held_or_lost_and_none_forgotten(arc, tmp_path, ending, torque_servo_effects):
     all_effects = {}
-    possible = [effect for effect in kr5_cell.effect_catalogue() if effect.id not in OF_TORQUE_SERVOS]
+    possible = [effect for effect in kr5_cell.effect_catalogue() if effect.id not in torque_servo_effects]
     for effect in possible:
         target = arc.effect_targets(effect.id)[0]
         values = {}
