@@ -76,6 +76,13 @@ void keep_blocks(ComparisonData& data, const std::vector<bool>& kept) {
 
 }  // namespace
 
+std::vector<int> compared_experiments(const ComparisonData& data) {
+  std::vector<int> out;
+  for (std::size_t e = 0; e < data.blocks_of.size(); ++e)
+    if (!data.blocks_of[e].empty()) out.push_back(static_cast<int>(e));
+  return out;
+}
+
 Eigen::VectorXd runs(const cell::Experiment& experiment) {
   const std::string name = cell::run_column(experiment.kind);
   const int at = name.empty() ? -1 : experiment.data.find(name);

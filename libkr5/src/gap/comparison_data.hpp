@@ -85,6 +85,9 @@ std::vector<MissingSplit> missing_splits(const ComparisonData& data);
 /// @throws InvalidArgument when none is left.
 Eigen::VectorXd compare_nominal(ComparisonData& data);
 
+/// All experiments of which something is compared.
+std::vector<int> compared_experiments(const ComparisonData& data);
+
 /// The run that each row belongs to; 0 where there are none.
 Eigen::VectorXd runs(const cell::Experiment& experiment);
 

@@ -34,8 +34,8 @@ constexpr double weak_prior = 50.0;
 /// Rounds of a fit with the noise that the one before left, and the factor from which that is the same.
 constexpr int most_rounds = 3;
 constexpr double same_noise = 0.8;
-/// Gain of chi-square at which a fit to noise ends, and rows of a residual that is no noise which say about the same.
-constexpr double least_gain_of_noise = 0.02, most_rows_alike = 50.0;
+/// Rows of a residual that is no noise which say about the same, at most.
+constexpr double most_rows_alike = 50.0;
 
 /// Data with the residuals of its cell. What even the fitted cell leaves counts as noise.
 struct JointData {
@@ -74,20 +74,12 @@ struct JointData {
     for (const Block& block : data.blocks)
       alike +=
           std::clamp(block.inflation * block.inflation, 1.0, most_rows_alike) / static_cast<double>(data.blocks.size());
-    return least_gain_of_noise * alike;
+    return FitOptions{}.least_gain * alike;
   }
 
   ComparisonData data;
   VectorXd base;
 };
-
-/// All experiments that are compared: a joint effect may act in each.
-std::vector<int> compared_experiments(const ComparisonData& data) {
-  std::vector<int> out;
-  for (std::size_t e = 0; e < data.recording->experiments.size(); ++e)
-    if (!data.blocks_of[e].empty()) out.push_back(static_cast<int>(e));
-  return out;
-}
 
 /// The effects asked for on each target of the cell, in the order asked for.
 std::vector<std::unique_ptr<Candidate>> candidates_of(const cell::Recording& recording,

@@ -38,15 +38,16 @@ std::vector<cell::TorqueServo> torque_servos(const cell::Cell& cell);
 /// dry friction, delay of the commands, inertia of the rotors.
 const std::vector<std::string>& servo_motion_effects();
 
+/// What of a value lies beyond a band to both sides of 0.
+inline double beyond(double value, double band) { return value - std::clamp(value, -band, band); }
+
 /// Part of an error of the position that makes a torque [rad or m].
-inline double effective_error(const cell::TorqueServo& servo, double error) {
-  return error - std::clamp(error, -servo.dead_band, servo.dead_band);
-}
+inline double effective_error(const cell::TorqueServo& servo, double error) { return beyond(error, servo.dead_band); }
 
 /// Torque that comes out of a drive of which this is asked, which gives nothing for one within its dead band [N m or
 /// N].
 inline double effective_torque(const cell::TorqueServo& servo, double asked) {
-  return asked - std::clamp(asked, -servo.torque_dead_band, servo.torque_dead_band);
+  return beyond(asked, servo.torque_dead_band);
 }
 
 /// Torques that a servo can give at a speed: each bound is `at_rest` less `slope` times the speed [N m or N],

@@ -9,7 +9,6 @@
 
 #include <Eigen/Cholesky>
 
-#include <kr5/core/error.hpp>
 #include <kr5/core/levenberg_marquardt.hpp>
 
 #include "gap/parallel.hpp"
@@ -48,11 +47,7 @@ std::vector<At> coordinates_of(const std::vector<Part>& parts) {
 /// Residuals at a point; nothing where there is no such cell.
 std::optional<Eigen::VectorXd> residuals_at(const ComparisonData& data, const std::vector<Part>& parts,
                                             const std::vector<int>& experiments, const Eigen::VectorXd& base) {
-  try {
-    return residuals(data, setup_of(data, parts), experiments, base);
-  } catch (const InvalidArgument&) {
-    return std::nullopt;
-  }
+  return where_possible([&] { return residuals(data, setup_of(data, parts), experiments, base); });
 }
 
 /// Of the changes to both sides their mean; of a sample in which they differ by more than that, the smaller one: the
@@ -383,6 +378,12 @@ Setup setup_of(const ComparisonData& data, const std::vector<Part>& parts) {
   return out;
 }
 
+void add_slope(const ComparisonData& data, double factor, const Model& model, Eigen::Index coordinate,
+               Eigen::VectorXd& stacked) {
+  add(data, factor, model.jacobian[static_cast<std::size_t>(coordinate)], stacked);
+  add(data, factor, model.check_jacobian[static_cast<std::size_t>(coordinate)], stacked);
+}
+
 std::vector<Part> without(std::vector<Part> parts, std::size_t part) {
   parts.erase(parts.begin() + static_cast<std::ptrdiff_t>(part));
   return parts;
@@ -430,10 +431,7 @@ void predict_check(const FitProblem& problem, Model& model) {
 
 Eigen::VectorXd updated(const FitProblem& problem, const Model& model) {
   Eigen::VectorXd out = check_rest(problem, model.residual);
-  for (Eigen::Index i = 0; i < model.update.size(); ++i) {
-    add(problem.data, -model.update(i), model.jacobian[i], out);
-    add(problem.data, -model.update(i), model.check_jacobian[i], out);
-  }
+  for (Eigen::Index i = 0; i < model.update.size(); ++i) add_slope(problem.data, -model.update(i), model, i, out);
   return out;
 }
 

@@ -44,7 +44,17 @@ struct Model {
     for (const Part& part : parts) n += part.candidate->hypothesis.size();
     return n;
   }
+  /// Index of the first coordinate of a part among all.
+  Eigen::Index first_coordinate(std::size_t part) const {
+    Eigen::Index first = 0;
+    for (std::size_t k = 0; k < part; ++k) first += parts[k].x.size();
+    return first;
+  }
 };
+
+/// stacked += factor times the slope of a coordinate of a model, on fit and check experiments.
+void add_slope(const ComparisonData& data, double factor, const Model& model, Eigen::Index coordinate,
+               Eigen::VectorXd& stacked);
 
 /// When slopes are simulated.
 enum class Slopes {

@@ -153,8 +153,7 @@ Eigen::MatrixXd coordinate_covariance(const Model& model, std::size_t part, doub
   information.diagonal().array() += 1e-9;
   const Eigen::MatrixXd all =
       information.ldlt().solve(Eigen::MatrixXd::Identity(information.rows(), information.cols()));
-  Eigen::Index first = 0;
-  for (std::size_t k = 0; k < part; ++k) first += model.parts[k].x.size();
+  const Eigen::Index first = model.first_coordinate(part);
   Eigen::MatrixXd covariance = all.block(first, first, x.size(), x.size());
   for (Eigen::Index i = 0; i < x.size(); ++i)  // between two whole numbers every value is as likely
     if (h.coordinates[static_cast<std::size_t>(i)].whole) covariance(i, i) += 1.0 / 12;

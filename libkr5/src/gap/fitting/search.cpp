@@ -247,7 +247,7 @@ std::vector<std::vector<Part>> extensions(const FitProblem& problem, Screen& scr
                                           const SearchOptions& options, const Part* replaced, double lost) {
   const std::vector<Suggestion> all = rank_beside(problem, screen, model, options);
   const double least = std::max(gain_in_place_of(replaced, all), near_part * lost - near_margin);
-  return extended(model, all, least, options, !options.from_start || !replaced);
+  return extended(model, all, least, options, !problem.far || !replaced);
 }
 
 }  // namespace kr5::gap

@@ -16,7 +16,6 @@ struct SearchOptions {
   int refits = 0;
   int beam = 0;
   int threads = 0;
-  bool from_start = false;  ///< Whether the search begins with a fitted set of many effects.
 };
 
 /// All models that were fitted, most likely first; the nominal cell is one of them.

@@ -28,22 +28,12 @@ double value_at(const cell::Cell& cell, const Hypothesis& h, const std::string& 
   return number ? *number : std::nan("");
 }
 
-/// Index of the first coordinate of each part.
-std::vector<Index> first_coordinates(const std::vector<Part>& parts) {
-  std::vector<Index> out;
-  Index next = 0;
-  for (const Part& part : parts) {
-    out.push_back(next);
-    next += part.x.size();
-  }
-  return out;
-}
-
 /// What becomes of a model when only some of its parts are kept, as far as its slopes tell.
 class Reduction {
  public:
   Reduction(const FitProblem& problem, const Model& model)
-      : problem_(problem), model_(model), first_(first_coordinates(model.parts)), kept_(model.parts.size(), true) {
+      : problem_(problem), model_(model), kept_(model.parts.size(), true) {
+    for (std::size_t p = 0; p < model.parts.size(); ++p) first_.push_back(model.first_coordinate(p));
     curvature_ = model.information + model.check_information;
     curvature_.diagonal().array() += 1.0 / (prior_width * prior_width);
     x_.resize(curvature_.rows());
@@ -79,9 +69,7 @@ class Reduction {
     Model out;
     out.parts = parts();
     out.residual = model_.residual;
-    for (Index i = 0; i < moved.size(); ++i)
-      for (const auto* slopes : {&model_.jacobian, &model_.check_jacobian})
-        add(problem.data, -moved(i), (*slopes)[static_cast<std::size_t>(i)], out.residual);
+    for (Index i = 0; i < moved.size(); ++i) add_slope(problem.data, -moved(i), model_, i, out.residual);
     for (const Index i : in) {
       out.jacobian.push_back(model_.jacobian[static_cast<std::size_t>(i)]);
       out.check_jacobian.push_back(model_.check_jacobian[static_cast<std::size_t>(i)]);
@@ -154,6 +142,10 @@ cell::Cell cell_with(const cell::Cell& cell, const std::vector<FittedEffect>& ef
   return out;
 }
 
+bool is_of(const FittedEffect& fitted, const Hypothesis& h) {
+  return fitted.effect == h.effect && fitted.target == h.target && h.size() == 1;
+}
+
 std::optional<double> coordinate_at(const cell::Cell& cell, const Hypothesis& h, double value) {
   const std::string& parameter = cell::find_effect(h.effect).parameters.front().name;
   const Coordinate& c = h.coordinates.front();
@@ -186,7 +178,7 @@ Model fit_start(const FitProblem& problem, const VectorXd& base, const std::vect
   for (const FittedEffect& e : effects)
     for (const auto& candidate : candidates) {
       const Hypothesis& h = candidate->hypothesis;
-      if (h.effect != e.effect || h.target != e.target || h.size() != 1) continue;
+      if (!is_of(e, h)) continue;
       const auto x = coordinate_at(problem.data.recording->cell, h, e.parameters.front().value.front());
       if (x) parts.push_back({candidate.get(), VectorXd::Constant(1, *x)});
       break;
@@ -201,10 +193,7 @@ bool in_reach(const ComparisonData& data, const Model& start, const VectorXd& ba
   VectorXd missed = nominal - there;
   Index i = 0;
   for (const Part& part : start.parts)
-    for (Index k = 0; k < part.x.size(); ++k, ++i) {
-      add(data, -part.x(k), start.jacobian[static_cast<std::size_t>(i)], missed);
-      add(data, -part.x(k), start.check_jacobian[static_cast<std::size_t>(i)], missed);
-    }
+    for (Index k = 0; k < part.x.size(); ++k, ++i) add_slope(data, -part.x(k), start, i, missed);
   return missed.norm() <= missed_in_reach * (nominal - there).norm();
 }
 

@@ -17,6 +17,9 @@ namespace kr5::gap {
 /// The cell with effects at fitted values.
 cell::Cell cell_with(const cell::Cell& cell, const std::vector<FittedEffect>& effects);
 
+/// Whether an effect was fitted as the one coordinate of a hypothesis.
+bool is_of(const FittedEffect& fitted, const Hypothesis& hypothesis);
+
 /// A hypothesis of one coordinate, at a value of its parameter; nothing where the cell does not reach that value.
 std::optional<double> coordinate_at(const cell::Cell& cell, const Hypothesis& hypothesis, double value);
 

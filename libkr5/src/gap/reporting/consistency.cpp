@@ -41,9 +41,7 @@ struct Sorted {
 
 /// Slopes of the coordinates of a part along a block; coordinates that do nothing there are zero.
 Eigen::MatrixXd slopes(const ComparisonData& data, const Model& model, std::size_t part, int block) {
-  Eigen::Index first = 0;
-  for (std::size_t k = 0; k < part; ++k) first += model.parts[k].x.size();
-  const Eigen::Index n = model.parts[part].x.size();
+  const Eigen::Index first = model.first_coordinate(part), n = model.parts[part].x.size();
   Eigen::MatrixXd out = Eigen::MatrixXd::Zero(data.blocks[block].rows, n);
   for (Eigen::Index i = 0; i < n; ++i)
     for (const auto* all : {&model.jacobian, &model.check_jacobian}) {

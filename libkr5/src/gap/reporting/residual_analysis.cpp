@@ -7,8 +7,6 @@
 #include <numeric>
 #include <set>
 
-#include <kr5/core/error.hpp>
-
 #include "gap/parallel.hpp"
 #include "gap/reporting/consistency.hpp"
 #include "gap/reporting/gap_figures.hpp"
@@ -58,11 +56,9 @@ Eigen::VectorXd residual_without(const ComparisonData& data, const Model& model,
 /// Residuals of a model without one of its parts, by its slopes.
 Eigen::VectorXd residual_without_by_slopes(const ComparisonData& data, const Model& model, std::size_t part) {
   Eigen::VectorXd out = counted_residual(data, model.residual);
-  std::size_t i = 0;
-  for (std::size_t p = 0; p < part; ++p) i += static_cast<std::size_t>(model.parts[p].x.size());
-  for (Eigen::Index k = 0; k < model.parts[part].x.size(); ++k, ++i)
-    for (const auto* slopes : {&model.jacobian, &model.check_jacobian})
-      add(data, model.parts[part].x(k), (*slopes)[i], out);
+  const Eigen::Index first = model.first_coordinate(part);
+  const Eigen::VectorXd& x = model.parts[part].x;
+  for (Eigen::Index k = 0; k < x.size(); ++k) add_slope(data, x(k), model, first + k, out);
   return out;
 }
 
@@ -73,29 +69,20 @@ std::vector<Eigen::VectorXd> all_without(const ComparisonData& data, const Model
   std::vector<Eigen::VectorXd> out(model.parts.size());
   parallel_for(static_cast<int>(out.size()), threads, [&](int i) {
     const auto k = static_cast<std::size_t>(i);
-    try {
-      out[k] = counted_residual(data, residual_without(data, model, k, base));
-    } catch (const InvalidArgument&) {
-      out[k] = residual_without_by_slopes(data, model, k);
-    }
+    const auto residual = where_possible([&] { return residual_without(data, model, k, base); });
+    out[k] = residual ? counted_residual(data, *residual) : residual_without_by_slopes(data, model, k);
   });
   return out;
 }
 
-/// What the simulator may be off without any effect, as a sum of squares of each column.
-std::vector<double> floors(const ComparisonData& data, const std::vector<Group>& groups,
-                           const DiagnoseOptions& options) {
-  std::vector<double> out(groups.size(), 0.0);
-  for (std::size_t g = 0; g < groups.size(); ++g) out[g] = floor_of(data, groups[g], options);
-  return out;
-}
-
-/// What the simulator may be off with the effects of a model. `without`: the counted residuals without each of its
-/// parts. Where the nominal cell is far off, how much an effect changes it says nothing of that.
+/// What the simulator may be off with the effects of a model, as a sum of squares of each column. `without`: the
+/// counted residuals without each of its parts. Where the nominal cell is far off, how much an effect changes it says
+/// nothing of that, and they are not looked at.
 std::vector<double> discrepancies(const FitProblem& problem, const std::vector<Group>& groups, const Model& model,
                                   const std::vector<Eigen::VectorXd>& without, const DiagnoseOptions& options) {
   const ComparisonData& data = problem.data;
-  std::vector<double> out = floors(data, groups, options);
+  std::vector<double> out(groups.size(), 0.0);
+  for (std::size_t g = 0; g < groups.size(); ++g) out[g] = floor_of(data, groups[g], options);
   if (problem.far) return out;
   const Eigen::VectorXd with = counted_residual(data, model.residual);
   for (std::size_t k = 0; k < model.parts.size(); ++k) {
@@ -271,9 +258,9 @@ bool within_discrepancy(const FitProblem& problem, const std::vector<Group>& gro
   constexpr double shapes = 12.0;
   const ComparisonData& data = problem.data;
   if (strains_nuisance(problem, with, without)) return false;
-  const std::vector<double> discrepancy =
-      problem.far ? floors(data, groups, options)
-                  : discrepancies(problem, groups, without, all_without(data, without, base, options.threads), options);
+  std::vector<Eigen::VectorXd> apart;
+  if (!problem.far) apart = all_without(data, without, base, options.threads);
+  const std::vector<double> discrepancy = discrepancies(problem, groups, without, apart, options);
   const Eigen::VectorXd before = updated(problem, without), after = updated(problem, with);
   double gain = 0.0, weighted = 0.0;
   for (std::size_t g = 0; g < groups.size(); ++g) {

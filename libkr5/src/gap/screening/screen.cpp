@@ -126,11 +126,7 @@ Eigen::VectorXd residuals_with(const ComparisonData& data, const cell::Cell& abo
                                const Eigen::VectorXd& base) {
   Setup setup = about;
   apply(setup, h, x);
-  try {
-    return residuals(data, setup, experiments, base);
-  } catch (const InvalidArgument&) {
-    return base;
-  }
+  return where_possible([&] { return residuals(data, setup, experiments, base); }).value_or(base);
 }
 
 /// Simulates the signatures of a candidate on the fit experiments. Probes that show nothing are left out: a limit shows

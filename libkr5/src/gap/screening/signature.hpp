@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include <Eigen/Core>
 
+#include <kr5/core/error.hpp>
 #include <kr5/gap/hypotheses.hpp>
 
 #include "gap/comparison_data.hpp"
@@ -41,6 +43,17 @@ void apply(Setup& setup, const Hypothesis& hypothesis, const Eigen::VectorXd& x)
 /// Stacked residuals of a setup in some experiments; the others as in `base`.
 Eigen::VectorXd residuals(const ComparisonData& data, const Setup& setup, const std::vector<int>& experiments,
                           const Eigen::VectorXd& base);
+
+/// What a computation of residuals gives; nothing where the cell that it simulates does not exist, e.g. has a joint
+/// without inertia.
+template <class Compute>
+std::optional<Eigen::VectorXd> where_possible(const Compute& compute) {
+  try {
+    return compute();
+  } catch (const InvalidArgument&) {
+    return std::nullopt;
+  }
+}
 
 /// Experiments whose prediction a hypothesis changes, found by simulating short pieces of them; those the simulator
 /// refuses are left out.

@@ -25,20 +25,14 @@ std::vector<Hypothesis> all_hypotheses(const cell::Recording& recording, const D
   return out;
 }
 
-bool names(const FittedEffect& fitted, const Hypothesis& h) {
-  return fitted.effect == h.effect && fitted.target == h.target && h.size() == 1;
-}
-
 /// The start of the options, if it is out of reach of the nominal cell.
 std::optional<FarStart> far_start(const NoiseOutput& noise, const std::vector<Hypothesis>& hypotheses,
                                   const DiagnoseOptions& options) {
   if (options.start.empty()) return std::nullopt;
-  std::vector<int> compared;
-  for (std::size_t e = 0; e < noise.data.blocks_of.size(); ++e)
-    if (!noise.data.blocks_of[e].empty()) compared.push_back(static_cast<int>(e));
+  const std::vector<int> compared = compared_experiments(noise.data);
   FarStart out;
   for (const Hypothesis& h : hypotheses)
-    if (std::ranges::any_of(options.start, [&](const FittedEffect& e) { return names(e, h); }))
+    if (std::ranges::any_of(options.start, [&](const FittedEffect& e) { return is_of(e, h); }))
       out.candidates.push_back(std::make_shared<Candidate>(Candidate{h, compared, {}}));
   const NuisanceModel none;
   const FitProblem problem{noise.data, none, {}, 0.0, Slopes::WhereNeeded};

@@ -26,7 +26,7 @@ constexpr int nuisance_iterations = 3;
 /// Effects with which a search begins are beside as many as asked for.
 SearchOptions search_options(const DiagnoseOptions& options, const ScreenOutput& screened) {
   const int begun = screened.start ? static_cast<int>(screened.start->model.parts.size()) : 0;
-  return {options.max_effects + begun, options.refits, options.beam, options.threads, screened.start.has_value()};
+  return {options.max_effects + begun, options.refits, options.beam, options.threads};
 }
 
 double log_prior_of_effect(const Screen& screen) {
