@@ -206,7 +206,8 @@ void fold(const Place& place, const Cell& from, FoldedCell& out) {
       changed.effects.set(active.id, active.target, name, std::nullopt);
     if (!changed.valid()) continue;
     out.cell = std::move(changed);
-    out.folded.push_back({std::move(active), field_text(place, active.index)});
+    std::string field = field_text(place, active.index);
+    out.folded.push_back({std::move(active), std::move(field)});
   }
 }
 
