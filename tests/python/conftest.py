@@ -48,6 +48,18 @@ def time_limit():
     signal.signal(signal.SIGALRM, before)
 
 
+@pytest.fixture(autouse=True, scope="module")
+def environment():
+    """What a module sets in the environment, as libraries do that begin workers, does not reach the next one."""
+    before = dict(os.environ)
+    yield
+    for name in {*before, *os.environ} - {"PYTEST_CURRENT_TEST"}:
+        if name in before:
+            os.environ[name] = before[name]
+        else:
+            del os.environ[name]
+
+
 WIDTH = 80  # of the terminal in which commands are tested
 
 
