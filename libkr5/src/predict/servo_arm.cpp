@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Cholesky>
@@ -22,10 +24,14 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr double longest_step = 0.005;   // [s]
-constexpr double shortest_step = 5e-4;   // [s]
+constexpr double shortest_step = 0.002;  // [s]
 constexpr double angle_per_step = 0.5;   // of the fastest oscillation of a joint on its servo, in a step [rad]
 constexpr int most_settling_passes = 4;  // in which limits and dead bands of a step settle
 constexpr double least_inertia = 1e-9;   // of a joint that can be moved [kg m^2 or kg]
+
+/// Part of a step that each of its two stages solves implicitly (SDIRK2: Alexander 1977), so that what decays or swings
+/// within a step is gone at its end.
+const double stage_part = 1.0 - std::sqrt(0.5);
 
 /// A command as its integral over time, so that its mean over any span is exact.
 class CommandIntegral {
@@ -38,6 +44,14 @@ class CommandIntegral {
 
   /// Mean of the delayed command from `begin` to `end` [s].
   double mean(double begin, double end) { return (upto(end - delay_) - upto(begin - delay_)) / (end - begin); }
+  /// The delayed command in both stages of a step [begin, end]: in sum its mean; of a straight one what it is at their
+  /// ends, of one that holds the mean.
+  std::pair<double, double> stages(double begin, double end) {
+    const double all = mean(begin, end);
+    if (!straight_) return {all, all};
+    const double first = mean(begin, begin + 2.0 * stage_part * (end - begin));
+    return {first, (all - (1.0 - stage_part) * first) / stage_part};
+  }
   /// Mean speed of the delayed command; 0 while it holds.
   double speed(double begin, double end) {
     return straight_ ? (value(end - delay_) - value(begin - delay_)) / (end - begin) : 0.0;
@@ -144,12 +158,12 @@ class DryFriction {
   Eigen::LLT<MatrixXd> factor_;
 };
 
-/// How a servo acts in a step: torque = constant - stiffness x_mid - damping w.
+/// How a servo acts in a stage: torque = constant - stiffness x - damping w at its end.
 struct Action {
   double constant = 0.0, stiffness = 0.0, damping = 0.0;
   bool bounded = false;  ///< It gives all that it can.
 
-  double torque(double middle, double w) const { return constant - stiffness * middle - damping * w; }
+  double torque(double x, double w) const { return constant - stiffness * x - damping * w; }
 
   bool operator==(const Action&) const = default;
 };
@@ -168,7 +182,8 @@ class ServoArm {
             "effects: an elastic joint and play are not simulated behind torque servos (servo.torque); leave "
             "joint_elasticity and backlash out, or state joint servos (servo.joint)");
     for (Index i = 0; i < n; ++i) commands_.emplace_back(t, command.col(i), servos_[static_cast<std::size_t>(i)]);
-    v_ = a_ = w_ = integral_ = bias_ = torque_ = slope_ = x_mid_ = v_mid_ = before_ = last_ = VectorXd::Zero(n);
+    v_ = a_ = w_ = integral_ = bias_ = torque_ = slope_ = x_mid_ = v_mid_ = last_ = dry_ = VectorXd::Zero(n);
+    from_x_ = from_v_ = from_integral_ = next_command_ = VectorXd::Zero(n);
     ripple_ = gear_ = offset_ = VectorXd::Zero(n);
     for (Index i = 0; i < n; ++i) loaded_ = loaded_ || drives_.joint(i).friction.needs_gear_torque();
     q_ = qd_ = qdd_ = level_ = b_ = drag_ = command_ = rate_ = VectorXd::Zero(n);
@@ -182,12 +197,15 @@ class ServoArm {
     note_gear_torque();
   }
 
-  /// The longest step that follows the oscillations of the joints on their servos [s].
+  /// The longest step that follows the joints on their servos: how they swing, or creep where damping is strong [s].
   double step() const {
     double out = longest_step;
     for (std::size_t i = 0; i < servos_.size(); ++i) {
       const auto k = static_cast<Index>(i);
-      out = std::min(out, angle_per_step * std::sqrt(M_(k, k) / std::max(servos_[i].stiffness, 1e-12)));
+      const double rate = std::sqrt(std::max(servos_[i].stiffness, 1e-12) / M_(k, k));
+      const double ratio = servos_[i].damping / (2.0 * rate * M_(k, k));
+      const double slowest = ratio > 1.0 ? rate / (ratio + std::sqrt(ratio * ratio - 1.0)) : rate;
+      out = std::min(out, angle_per_step / slowest);
     }
     return std::max(out, shortest_step);
   }
@@ -236,18 +254,19 @@ class ServoArm {
     }
   }
 
-  /// How the servo of a joint acts, if the step has the speed w: its own line, or the bound that it reaches.
+  /// How the servo of a joint acts, if a stage of length h ends with the speed w: its own line, or the bound that it
+  /// reaches.
   Action action(std::size_t i, double h, double w) const {
     const cell::TorqueServo& s = servos_[i];
     const auto k = static_cast<Index>(i);
-    const double u = command_[k], rate = rate_[k];
-    const double error = u - x_[k] - 0.5 * h * w;
-    const double held = s.integral * (integral_[k] + 0.5 * h * physics::effective_error(s, error));
+    const double u = command_[k], x = from_x_[k] + h * w;
+    const double error = u - x;
+    const double held = s.integral * (from_integral_[k] + h * physics::effective_error(s, error));
     const bool inside = std::abs(error) <= s.dead_band && s.dead_band > 0.0;
     const double edge = inside ? 0.0 : std::copysign(s.dead_band, error);
-    Action line{held + s.feed_forward * rate + (inside ? 0.0 : s.stiffness * (u - edge)), inside ? 0.0 : s.stiffness,
-                s.damping};
-    const double asked = line.torque(x_[k] + 0.5 * h * w, w), given = physics::effective_torque(s, asked);
+    Action line{held + s.feed_forward * rate_[k] + (inside ? 0.0 : s.stiffness * (u - edge)),
+                inside ? 0.0 : s.stiffness, s.damping};
+    const double asked = line.torque(x, w), given = physics::effective_torque(s, asked);
     for (const double side : {-1.0, 1.0}) {
       const physics::TorqueBound bound = physics::torque_bound(s, side, w);
       if (side * given > side * bound.at(w)) return {bound.at_rest, 0.0, bound.slope, true};
@@ -263,33 +282,61 @@ class ServoArm {
     v_mid_ = v_ + 0.5 * h * a_;
     inertia(x_mid_, v_mid_);
     for (Index i = 0; i < n; ++i) {
-      const auto k = static_cast<std::size_t>(i);
+      CommandIntegral& command = commands_[static_cast<std::size_t>(i)];
       const physics::JointFriction& f = drives_.joint(i).friction;
       const physics::FrictionRange dry = physics::dry_friction_at(f, {x_mid_[i], w_[i], gear_[i], t});
-      level_[i] = h * dry.level;
+      level_[i] = dry.level;
       offset_[i] = dry.offset;
       drag_[i] = physics::friction_slope_at(f, v_mid_[i], t);
-      command_[i] = commands_[k].mean(t, t + h);
-      rate_[i] = commands_[k].speed(t, t + h);
-      actions_[k] = action(k, h, w_[i]);
+      std::tie(command_[i], next_command_[i]) = command.stages(t, t + h);
+      rate_[i] = command.speed(t, t + h);
     }
-    before_ = v_;
+    first_stage(h);
+    second_stage(h);
+    note_gear_torque();
+  }
+
+  void first_stage(double h) {
+    from_x_ = x_, from_v_ = v_, from_integral_ = integral_;
+    solve_stage(stage_part * h);
+    for (Index i = 0; i < x_.size(); ++i) {
+      const double rest = (1.0 - stage_part) * h;  // of the step
+      from_x_[i] = x_[i] + rest * w_[i];
+      from_v_[i] = w_[i] == 0.0 ? 0.0 : v_[i] + (1.0 - stage_part) / stage_part * (w_[i] - v_[i]);
+      from_integral_[i] = integral_[i] + rest * error_at(i, x_[i] + stage_part * h * w_[i]);
+    }
+    command_ = next_command_;
+  }
+
+  void second_stage(double h) {
+    const double own = stage_part * h;
+    solve_stage(own);
+    x_ = from_x_ + own * w_;
+    v_ = w_;
+    a_ = (v_ - from_v_) / own;
+    for (Index i = 0; i < x_.size(); ++i) {
+      integral_[i] = from_integral_[i] + own * error_at(i, x_[i]);
+      torque_[i] = actions_[static_cast<std::size_t>(i)].torque(x_[i], w_[i]);
+    }
+  }
+
+  /// Finds the speeds w at the end of a stage of length h from `from_x_`, `from_v_`.
+  void solve_stage(double h) {
+    for (std::size_t k = 0; k < actions_.size(); ++k) actions_[k] = action(k, h, w_[static_cast<Index>(k)]);
+    dry_ = h * level_;
     for (int pass = 0; pass < most_settling_passes; ++pass) {
-      A_ = 2.0 * M_;
-      b_.noalias() = A_ * v_;
+      A_ = M_;
+      b_.noalias() = M_ * from_v_;
       b_ -= h * (bias_ + offset_);
-      for (Index i = 0; i < n; ++i) {
+      for (Index i = 0; i < b_.size(); ++i) {
         const Action& act = actions_[static_cast<std::size_t>(i)];
-        A_(i, i) += h * (act.damping + drag_[i]) + 0.5 * h * h * act.stiffness;
-        b_[i] += h * (act.constant - act.stiffness * x_[i]);
+        A_(i, i) += h * (act.damping + drag_[i]) + h * h * act.stiffness;
+        b_[i] += h * (act.constant - act.stiffness * from_x_[i]);
       }
       last_ = w_;
-      friction_.solve(A_, b_, level_, w_);
+      friction_.solve(A_, b_, dry_, w_);
       if (settled(h)) break;
     }
-    for (Index i = 0; i < n; ++i) finish(i, h);
-    a_ = (v_ - before_) / h;
-    note_gear_torque();
   }
 
   /// Whether the servos act at the speed that was found as they did to find it; otherwise they do from now on.
@@ -304,15 +351,10 @@ class ServoArm {
     return same;
   }
 
-  void finish(Index i, double h) {
+  /// What a servo integrates: nothing while it gives all that it can.
+  double error_at(Index i, double x) const {
     const auto k = static_cast<std::size_t>(i);
-    const Action& act = actions_[k];
-    const double middle = x_[i] + 0.5 * h * w_[i];
-    torque_[i] = act.torque(middle, w_[i]);
-    if (!act.bounded) integral_[i] += h * physics::effective_error(servos_[k], command_[i] - middle);
-    x_[i] += h * w_[i];
-    v_[i] = w_[i] == 0.0 ? 0.0 : 2.0 * w_[i] - v_[i];
-    if (v_[i] * w_[i] < 0.0 && level_[i] > 0.0) v_[i] = 0.0;  // it came to rest within the step
+    return actions_[k].bounded ? 0.0 : physics::effective_error(servos_[k], command_[i] - x);
   }
 
   physics::EffectiveDrives drives_;
@@ -324,8 +366,9 @@ class ServoArm {
   DryFriction friction_;
   VectorXd x_, v_, a_, w_, integral_, bias_, torque_, slope_, q_, qd_, qdd_, level_, b_, drag_;
   VectorXd ripple_, gear_, offset_;  // torque of the motors, torque through the gears, dry friction (FrictionRange)
-  VectorXd command_, rate_;          // over the present step
-  VectorXd x_mid_, v_mid_, before_, last_;  // of it, so that none is allocated
+  VectorXd command_, rate_;          // over the present stage and step
+  VectorXd from_x_, from_v_, from_integral_, next_command_;  // of stages
+  VectorXd x_mid_, v_mid_, last_, dry_;                      // of a step, so that none is allocated
   MatrixXd M_, A_;
   bool loaded_ = false;  // some friction asks for the torque through its gear
 };

@@ -15,9 +15,9 @@ struct ServoMotion {
 
 /// Moves an arm from rest at `start` by commands at times t, all joints coupled through rigid gears.
 ///
-/// Steps of the implicit midpoint rule: second order, stable for any stiffness. Dry friction is a set: it holds a joint
-/// until more than its level pulls, and is found for all joints together. Commands act by their mean over a step, so
-/// that motions change smoothly with a delay.
+/// Steps of two implicit stages: second order, stable for any stiffness, and without swings that are faster than a
+/// step. Dry friction is a set: it holds a joint until more than its level pulls, and is found for all joints together.
+/// Commands act by their mean over a step, so that motions change smoothly with a delay.
 /// @throws InvalidArgument naming the field, for elastic gears, for play, and for links without mass and rotors.
 ServoMotion move_by_servos(const cell::Cell& cell, const Eigen::VectorXd& t, const Eigen::MatrixXd& command,
                            const Eigen::VectorXd& start);
