@@ -134,4 +134,29 @@ TEST_CASE("a long log becomes stretches that are spread over it, at the rate its
   CHECK(fit >= 6000 - 10);
 }
 
+TEST_CASE("an arm that is simulated step by step is judged in the stretches in which most moves") {
+  LoggedMotion log = pausing(40, 140, 400);
+  log.commanded = log.stepwise = true;
+  LoggedMotion kept = log;
+  kept.kept_to_check = true;
+  const auto spans = arm_log::split_motions({log, kept, kept});
+  double fit = 0, check = 0;
+  for (const auto& span : spans) {
+    CHECK(span.stretch);
+    CHECK(span.lead_in == Approx(span.begin > 0 ? 2.0 : span.lead_in));
+    CHECK((span.end <= 40.1 || span.begin + span.lead_in >= 125.0));  // nothing moves between 40 and 140 s
+    CHECK(span.split == (span.log == 0 ? Split::Fit : Split::Check));
+    (span.split == Split::Fit ? fit : check) += span.end - span.begin;
+  }
+  CHECK(fit == Approx(80).margin(30));
+  CHECK(check == Approx(40).margin(20));
+
+  LoggedMotion brief = pausing(100, 100);
+  brief.commanded = brief.stepwise = true;
+  const auto whole = arm_log::split_motions({brief});
+  CHECK_FALSE(whole[0].stretch);
+  CHECK(whole[1].lead_in == Approx(2.0));
+  CHECK(whole[1].begin == Approx(whole[0].end - 2.0));
+}
+
 }  // namespace motion_split_test

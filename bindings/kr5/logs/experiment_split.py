@@ -23,6 +23,7 @@ class RawPart:
     commands: np.ndarray | None = None
     runs: np.ndarray | None = None
     commanded: bool = False
+    stepwise: bool = False  # torque servos move the arm, which is simulated step by step
     settle: float = 0.0  # [s]
     max_gap: float | None = None  # [s] between rows, where the user states it
     kept_to_check: bool = False  # as the user states it
@@ -68,7 +69,9 @@ def _split_motions(own: list[int], parts: list[RawPart], reasons: list[list[str]
 
 
 def _motion_of(part: RawPart) -> arm_log.LoggedMotion:
-    out = arm_log.LoggedMotion(t=part.t, commanded=part.commanded, settle=part.settle)
+    out = arm_log.LoggedMotion(
+        t=part.t, commanded=part.commanded, stepwise=part.stepwise, settle=part.settle
+    )
     if part.q is not None:
         out.q = part.q
     if part.commands is not None:
@@ -82,7 +85,7 @@ def _motion_of(part: RawPart) -> arm_log.LoggedMotion:
 CUTS = {
     "at_rest": "cut where the arm rests",
     "measured": "measured positions need no rest to begin from",
-    "lead_in": "the arm never rests: all of the log is simulated, and its last rows are judged",
+    "lead_in": "the arm never rests: its last rows are judged, after a lead-in",
 }
 
 
@@ -98,7 +101,8 @@ def _tell_cut(spans: list[arm_log.MotionSpan], names: list[str], stated: bool, r
         cut = max(span.end for span in fitted)
         reasons.append(["split of motion", f"up to {cut:g} s to fit, the rest to check", CUTS[str(spans[0].cut)]])
     if stretches := [span for span in spans if span.stretch]:
-        reasons.append(["stretches", f"{len(stretches)} of the log", "all of it is too long to be simulated"])
+        logs = "the log" if len(names) == 1 else "the logs"
+        reasons.append(["stretches", f"{len(stretches)} of {logs}", "all rows are too many to be simulated"])
 
 
 MOST_NAMED = 12

@@ -444,7 +444,17 @@ def _raw_part(part: LogPart, columns: dict[str, Any], given: GivenEntries, cell:
     if commanded and name == "q" and (own := part.families.first("qc")):
         commands = values_at(t, log, own, columns["qc"], cell, clock)
     settle = arm_log.settle_time(cell, q[0])
-    return RawPart("motion", where, t, q, commands, commanded=commanded, settle=settle, max_gap=max_gap)
+    return RawPart(
+        "motion",
+        where,
+        t,
+        q,
+        commands,
+        commanded=commanded,
+        stepwise=commanded and cell.has_torque_servos,
+        settle=settle,
+        max_gap=max_gap,
+    )
 
 
 def _has_servos(cell: kr5.cell.Cell) -> bool:

@@ -98,7 +98,7 @@ std::string text(const LogNote& note, const cell::Cell& cell) {
     case LogNoteKind::Cut:
       return "up to " + digits(note.value, 6) + " s to fit, the rest to check";
     case LogNoteKind::Stretches:
-      return "the log is long: " + digits(note.value, 3) + " stretches, spread evenly over it, are compared";
+      return "the log is long: " + digits(note.value, 3) + " stretches, spread over it, are compared";
   }
   return {};
 }

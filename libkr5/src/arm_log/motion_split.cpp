@@ -35,6 +35,10 @@ constexpr Index fewest_split_rows = 10;  // of a part
 constexpr Index most_thinning = 2;       // by which a part has fewer rows than its motion needs
 constexpr Index stretches = 10;          // of a part that is too long
 constexpr Index most_judged_rows = 50000;
+constexpr double longest_step = 0.005;   // of a simulation step by step [s]
+constexpr double stretch_length = 10.0;  // of an arm that is simulated so [s]
+constexpr double stretch_lead_in = 2.0;  // before each of them [s]
+constexpr double most_steps_to_fit = 16000, most_steps_to_check = 8000;
 
 VectorXd steps_of(const VectorXd& t) { return t.tail(t.size() - 1) - t.head(t.size() - 1); }
 
@@ -169,7 +173,10 @@ std::vector<Piece> halves(const Piece& piece, const LoggedMotion& log) {
     check.span.begin = cut;
     check.rows.first = row;
   } else {
-    check.span.lead_in = to_tenth_of_ms(cut - (std::isfinite(piece.span.begin) ? piece.span.begin : t[0]));
+    const double first = std::isfinite(piece.span.begin) ? piece.span.begin : t[0];
+    if (log.stepwise && cut - stretch_lead_in > first) check.span.begin = to_tenth_of_ms(cut - stretch_lead_in);
+    check.span.lead_in = to_tenth_of_ms(cut - std::max(first, check.span.begin));
+    check.rows.first = (std::lower_bound(t.begin(), t.end(), check.span.begin) - t.begin()) + piece.rows.first;
   }
   fit.span.cut = check.span.cut = rest ? CutReason::AtRest : !log.commanded ? CutReason::Measured : CutReason::LeadIn;
   fit.length = cut - t[0];
@@ -230,6 +237,65 @@ std::vector<MotionSpan> stretches_of(const Piece& piece, const LoggedMotion& log
     out.push_back(span);
   }
   return out.empty() ? std::vector<MotionSpan>{piece.span} : out;
+}
+
+double simulated_steps(const Piece& piece, const LoggedMotion& log) {
+  const double rows = static_cast<double>(piece.rows.size());
+  return std::max(rows, (log.t[piece.rows.last - 1] - log.t[piece.rows.first]) / longest_step);
+}
+
+/// Rows of a part after its lead-in.
+RowRange judged_rows(const Piece& piece, const LoggedMotion& log) {
+  const double begin = log.t[piece.rows.first] + piece.span.lead_in;
+  const auto first = std::lower_bound(log.t.begin() + piece.rows.first, log.t.begin() + piece.rows.last - 1, begin);
+  return {first - log.t.begin(), piece.rows.last};
+}
+
+/// The first row of the stretch within some rows in which most moves.
+Index busiest_row(const VectorXd& t, const VectorXd& before, RowRange rows) {
+  Index best = rows.first, end = rows.first;
+  double most = -1.0;
+  for (Index k = rows.first; k < rows.last; ++k) {
+    while (end + 1 < rows.last && t[end] < t[k] + stretch_length) ++end;
+    if (before[end] - before[k] > most) best = k, most = before[end] - before[k];
+  }
+  return best;
+}
+
+/// Stretches of a part in which most moves, one in each of as many equal parts of it as there are steps for.
+std::vector<MotionSpan> busiest_stretches(const Piece& piece, const LoggedMotion& log, double most_steps) {
+  const RowRange judged = judged_rows(piece, log);
+  const VectorXd t = log.t.segment(judged.first, judged.size());
+  const MatrixXd q = log.q.middleRows(judged.first, judged.size());
+  const double length = t[t.size() - 1] - t[0];
+  const double rate = simulated_steps(piece, log) / (log.t[piece.rows.last - 1] - log.t[piece.rows.first]);
+  const double fitting = most_steps / (rate * (stretch_length + stretch_lead_in));
+  const auto count = static_cast<Index>(std::clamp(std::nearbyint(fitting), 1.0, length / stretch_length));
+  if (count < 1) return {piece.span};
+  const VectorXd before = motion_share(t, q);
+  std::vector<MotionSpan> out;
+  for (Index k = 0; k < count; ++k) {
+    const RowRange slot{k * t.size() / count, (k + 1) * t.size() / count};
+    if (!joints_move(q.middleRows(slot.first, slot.size()))) continue;
+    const Index first = busiest_row(t, before, slot);
+    MotionSpan span = piece.span;
+    span.stretch = true;
+    span.begin = to_tenth_of_ms(std::max(t[first] - stretch_lead_in, log.t[piece.rows.first]));
+    span.lead_in = to_tenth_of_ms(t[first] - span.begin);
+    span.end = to_tenth_of_ms(std::min(t[first] + stretch_length, t[slot.last - 1]));
+    out.push_back(span);
+  }
+  return out.empty() ? std::vector<MotionSpan>{piece.span} : out;
+}
+
+/// Share of the steps of all parts with a split that there are to simulate.
+double share_to_simulate(const std::vector<Piece>& pieces, const std::vector<LoggedMotion>& logs, cell::Split split) {
+  double all = 0.0;
+  for (const Piece& piece : pieces) {
+    const LoggedMotion& log = logs[static_cast<std::size_t>(piece.span.log)];
+    if (log.stepwise && piece.span.split == split) all += simulated_steps(piece, log);
+  }
+  return (split == cell::Split::Fit ? most_steps_to_fit : most_steps_to_check) / std::max(all, 1.0);
 }
 
 void require_sizes(const LoggedMotion& log) {
@@ -303,11 +369,17 @@ std::vector<MotionSpan> split_motions(const std::vector<LoggedMotion>& logs) {
     pieces = halves(pieces.front(), logs.front());
   else
     split_whole(pieces);
+  const double to_fit = share_to_simulate(pieces, logs, cell::Split::Fit);
+  const double to_check = share_to_simulate(pieces, logs, cell::Split::Check);
   std::vector<MotionSpan> out;
   for (Piece& piece : pieces) {
     const LoggedMotion& log = logs[static_cast<std::size_t>(piece.span.log)];
     add_lead_in(piece, log);
-    for (const MotionSpan& span : stretches_of(piece, log)) out.push_back(span);
+    const double share = piece.span.split == cell::Split::Fit ? to_fit : to_check;
+    const bool reduced = log.stepwise && share < 1.0;
+    for (const MotionSpan& span : reduced ? busiest_stretches(piece, log, share * simulated_steps(piece, log))
+                                          : stretches_of(piece, log))
+      out.push_back(span);
   }
   return out;
 }

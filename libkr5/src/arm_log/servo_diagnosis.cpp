@@ -17,6 +17,8 @@ namespace {
 constexpr double fit_part = 0.2, nominal_part = 0.4, first_part = 0.7;
 /// Times the noise, beyond which servos do not explain a motion.
 constexpr double beyond_servos = 1.5;
+/// Part of a gap that they leave then, above which something else may have bent them.
+constexpr double left_by_servos = 0.1;
 /// Of the noise, that a fit may leave by chance.
 constexpr double by_chance = 0.1;
 
@@ -35,9 +37,16 @@ gap::JointFit fitted_servos(const cell::Recording& recording, const gap::Diagnos
   return identify_servos(recording, fitting);
 }
 
-bool leaves_something(const gap::JointFit& fit) {
-  return std::ranges::any_of(
-      fit.columns, [](const gap::ColumnFit& c) { return std::max(c.after, c.check_after) > beyond_servos * c.noise; });
+/// Whether so much is left that something else may be wrong, to which the servos were bent.
+bool may_be_bent(const gap::JointFit& fit) {
+  double before = 0.0, after = 0.0;
+  bool beyond = false;
+  for (const gap::ColumnFit& c : fit.columns) {
+    before += std::pow(c.before / c.noise, 2);
+    after += std::pow(c.after / c.noise, 2);
+    beyond = beyond || std::max(c.after, c.check_after) > beyond_servos * c.noise;
+  }
+  return beyond && std::sqrt(after) > left_by_servos * std::sqrt(before);
 }
 
 bool has_answer(const gap::Diagnosis& found) {
@@ -61,7 +70,7 @@ gap::Diagnosis diagnose_servos(const cell::Recording& recording, const cell::Sim
                                const gap::DiagnoseOptions& options) {
   const gap::JointFit fit = fitted_servos(recording, options);
   gap::DiagnoseOptions search = options;
-  if (leaves_something(fit)) {  // servos that were bent to another cause lead away from it
+  if (may_be_bent(fit)) {
     search.progress = part_of(options, fit_part, nominal_part);
     gap::Diagnosis out = gap::diagnose(recording, simulator, search);
     if (has_answer(out)) return out;

@@ -11,7 +11,7 @@
 namespace kr5::arm_log {
 
 /// A diagnosis that may begin with servos, friction and rotors as they are fitted to the motion (servo_fit.hpp). Where
-/// those do not explain it, the search from the model as it is comes first, and its answer holds if it has one. Where
+/// those leave much, the search from the model as it is comes first, and its answer holds if it has one. Where
 /// it leaves something unexplained, what the best arm with such servos leaves is a known error, which no effect need
 /// explain.
 gap::Diagnosis diagnose_servos(const cell::Recording& recording, const cell::Simulator& simulator,

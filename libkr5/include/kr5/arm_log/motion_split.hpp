@@ -36,6 +36,7 @@ struct LoggedMotion {
   Eigen::MatrixXd q;           ///< Measured, or commands where nothing was measured [rad or m].
   Eigen::MatrixXd command;     ///< Beside what was measured; may be empty [rad or m].
   bool commanded = false;      ///< Whether the commands are simulated, so that a motion must begin at rest.
+  bool stepwise = false;       ///< Whether torque servos move the arm, which is simulated step by step.
   double settle = 0.0;         ///< After which a servo has forgotten how it began [s].
   double max_gap = 0.0;        ///< Step above which a part ends; 0: five median steps, 10 ms at least [s].
   bool kept_to_check = false;  ///< Whether it is one to judge by; all others are fitted then.
@@ -45,6 +46,7 @@ struct LoggedMotion {
     visit("q", self.q, "Measured joint values, or commands where nothing was measured, rows x joints [rad or m].");
     visit("command", self.command, "Commands beside what was measured; may be empty [rad or m].");
     visit("commanded", self.commanded, "Whether the commands are simulated, so that a motion must begin at rest.");
+    visit("stepwise", self.stepwise, "Whether torque servos move the arm, which is simulated step by step.");
     visit("settle", self.settle, "Time after which a servo has forgotten how it began [s].");
     visit("max_gap", self.max_gap, "Step above which a part ends; 0: five median steps, 10 ms at least [s].");
     visit("kept_to_check", self.kept_to_check, "Whether it is one to judge by; all others are fitted then.");
@@ -56,7 +58,7 @@ enum class CutReason {
   Uncut,     ///< Whole runs.
   AtRest,    ///< The arm rests there.
   Measured,  ///< Measured positions need no rest to begin from.
-  LeadIn,    ///< The arm never rests: all of the log is simulated, its last rows are judged.
+  LeadIn,    ///< The arm never rests: its last rows are judged, after a lead-in.
 };
 constexpr auto enum_names(CutReason) {
   return names<CutReason>({{CutReason::Uncut, "uncut"},
@@ -73,7 +75,7 @@ struct MotionSpan {
   cell::Split split = cell::Split::Fit;
   double lead_in = 0.0;              ///< Simulated and not judged [s].
   CutReason cut = CutReason::Uncut;  ///< Of this part and the next.
-  bool stretch = false;              ///< One of several stretches, spread evenly, of a long part.
+  bool stretch = false;              ///< One of several stretches, spread over a long part.
   double initial_speed = 0.0;        ///< Of the fastest joint, where that is why there is a lead-in [rad/s or m/s].
 
   static void each_field(auto& self, auto&& visit) {
@@ -83,15 +85,16 @@ struct MotionSpan {
     visit("split", self.split, "Use: fit | check.");
     visit("lead_in", self.lead_in, "Beginning that is simulated and not judged [s].");
     visit("cut", self.cut, "Why the log was cut there: uncut | at_rest | measured | lead_in.");
-    visit("stretch", self.stretch, "Whether it is one of several stretches, spread evenly, of a long part.");
+    visit("stretch", self.stretch, "Whether it is one of several stretches, spread over a long part.");
     visit("initial_speed", self.initial_speed,
           "Speed of the fastest joint at the beginning, where that is why there is a lead-in [rad/s or m/s].");
   }
 };
 
 /// The experiments of logged motions, 70 % of the motion to fit, in the order of the logs, unless some are kept to
-/// check. Measured parts that are too
-/// long to be simulated at the rate that their motion needs (measured_positions.hpp) become stretches of it.
+/// check. Measured parts that are too long to be simulated at the rate that their motion needs
+/// (measured_positions.hpp) become stretches, spread evenly. Of arms that are simulated step by step those in which
+/// most moves are taken, each with a lead-in, as far as 16,000 steps to fit and 8,000 to check reach.
 /// @throws InvalidArgument for sizes that differ, no log, or none to fit.
 std::vector<MotionSpan> split_motions(const std::vector<LoggedMotion>& logs);
 
