@@ -25,6 +25,7 @@ struct Block {
   cell::Split split = cell::Split::Fit;
   std::string column;  ///< As in the recording; `rx ry rz` for orientation.
   std::string noise;   ///< Key of `noise` in the cell.
+  std::string target;  ///< Nearest target of the catalogue, e.g. joint3.
   double sigma = 1.0;  ///< Of one sample, in the unit of the column.
   Eigen::Index first = 0;
   Eigen::Index rows = 0;

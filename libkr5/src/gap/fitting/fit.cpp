@@ -4,8 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <optional>
 #include <set>
+#include <string>
+#include <utility>
 
 #include <Eigen/Cholesky>
 
@@ -58,28 +61,97 @@ Eigen::VectorXd slope_of_sides(const Eigen::VectorXd& forward, const Eigen::Vect
   return ((f - b).abs() > (f + b).abs()).select(smaller, 0.5 * (f + b));
 }
 
+/// Whether slopes are those of steps to both sides.
+bool two_sided(const FitProblem& problem, const Coordinate& c) {
+  return problem.slopes == Slopes::WhereNeeded && !c.whole;
+}
+
+/// Steps of a coordinate for its slope, within its bounds: to both sides, or to one of them.
+std::vector<double> slope_steps(const FitProblem& problem, const std::vector<Part>& parts, const At& at) {
+  const Coordinate& c = parts[at.part].candidate->hypothesis.coordinates[static_cast<std::size_t>(at.index)];
+  const double x = parts[at.part].x(at.index);
+  const bool both = two_sided(problem, c);
+  const double size = (both ? fine_step : 1.0) * std::max(c.step, relative_step * std::abs(x));
+  std::vector<double> out;
+  for (const double step : {size, -size})
+    if (x + step <= c.upper && (!both || x + step >= c.lower)) out.push_back(step);
+  return out;
+}
+
+/// What steps change, each over its step, as one slope.
+Signature slope_of(const ComparisonData& data, const std::vector<int>& experiments,
+                   const std::vector<Eigen::VectorXd>& sides, const Eigen::VectorXd& residual) {
+  if (sides.empty()) return {};
+  const Eigen::VectorXd slope = sides.size() == 2 ? slope_of_sides(sides[0], sides[1]) : sides[0];
+  return difference(data, experiments, residual, residual - slope);
+}
+
 /// What a coordinate changes in the prediction of a split, about the present point.
 Signature slope(const FitProblem& problem, const std::vector<Part>& parts, const At& at, cell::Split split,
                 const Eigen::VectorXd& residual) {
-  const ComparisonData& data = problem.data;
   const Candidate& candidate = *parts[at.part].candidate;
-  const Coordinate& c = candidate.hypothesis.coordinates[static_cast<std::size_t>(at.index)];
-  const double x = parts[at.part].x(at.index);
-  const bool both = problem.slopes == Slopes::WhereNeeded && !c.whole;
-  const double size = (both ? fine_step : 1.0) * std::max(c.step, relative_step * std::abs(x));
-  const std::vector<int> own = experiments_of_split(data, candidate.experiments, split);
-  std::vector<Eigen::VectorXd> sides;  // what a step to this side changes, over the step
-  for (const double step : {size, -size}) {
-    if (x + step > c.upper || (both && x + step < c.lower)) continue;
+  const std::vector<int> own = experiments_of_split(problem.data, candidate.experiments, split);
+  std::vector<Eigen::VectorXd> sides;
+  for (const double step : slope_steps(problem, parts, at)) {
     std::vector<Part> moved = parts;
     moved[at.part].x(at.index) += step;
-    if (const std::optional<Eigen::VectorXd> there = residuals_at(data, moved, own, residual))
+    if (const std::optional<Eigen::VectorXd> there = residuals_at(problem.data, moved, own, residual))
       sides.emplace_back((residual - *there) / step);
-    if (!both && !sides.empty()) break;
+    const Coordinate& c = candidate.hypothesis.coordinates[static_cast<std::size_t>(at.index)];
+    if (!two_sided(problem, c) && !sides.empty()) break;
   }
-  if (sides.empty()) return {};
-  const Eigen::VectorXd slope = sides.size() == 2 ? slope_of_sides(sides[0], sides[1]) : sides[0];
-  return difference(data, own, residual, residual - slope);
+  return slope_of(problem.data, own, sides, residual);
+}
+
+/// Coordinates of the same effect on different targets, each of which has columns of its own: numbers among `at`.
+std::vector<std::vector<int>> alike(const ComparisonData& data, const std::vector<Part>& parts,
+                                    const std::vector<At>& at) {
+  const auto has_columns = [&](const std::string& target) {
+    return std::ranges::any_of(data.blocks, [&](const Block& b) { return b.target == target; });
+  };
+  std::map<std::pair<std::string, Eigen::Index>, std::vector<int>> groups;
+  std::vector<std::vector<int>> out;
+  for (int i = 0; i < static_cast<int>(at.size()); ++i) {
+    const Hypothesis& h = parts[at[i].part].candidate->hypothesis;
+    const bool own = has_columns(h.target) && !h.coordinates[static_cast<std::size_t>(at[i].index)].whole;
+    if (own)
+      groups[{h.effect, at[i].index}].push_back(i);
+    else
+      out.push_back({i});
+  }
+  for (auto& [effect, group] : groups) out.push_back(std::move(group));
+  return out;
+}
+
+/// Slopes of coordinates that are moved together, each as what changes in the columns of its own target: a joint hardly
+/// moves by the servo of another. Nothing where there is no such cell.
+std::vector<Signature> shared_slopes(const FitProblem& problem, const std::vector<Part>& parts,
+                                     const std::vector<At>& group, const Eigen::VectorXd& residual) {
+  const ComparisonData& data = problem.data;
+  const std::vector<int> experiments = touched(data, parts, cell::Split::Fit);
+  std::vector<std::vector<Eigen::VectorXd>> sides(group.size());
+  for (const double side : {1.0, -1.0}) {
+    std::vector<Part> moved = parts;
+    std::vector<double> steps(group.size(), 0.0);
+    for (std::size_t k = 0; k < group.size(); ++k) {
+      for (const double step : slope_steps(problem, parts, group[k]))
+        if (step * side > 0.0) steps[k] = step;
+      moved[group[k].part].x(group[k].index) += steps[k];
+    }
+    const std::optional<Eigen::VectorXd> there = residuals_at(data, moved, experiments, residual);
+    if (!there) return {};
+    for (std::size_t k = 0; k < group.size(); ++k)
+      if (steps[k] != 0.0) sides[k].emplace_back((residual - *there) / steps[k]);
+  }
+  std::vector<Signature> out;
+  for (std::size_t k = 0; k < group.size(); ++k) {
+    const std::string& target = parts[group[k].part].candidate->hypothesis.target;
+    out.push_back(slope_of(data, experiments, sides[k], residual));
+    std::erase_if(out.back().parts, [&](const auto& part) {
+      return data.blocks[static_cast<std::size_t>(part.first)].target != target;
+    });
+  }
+  return out;
 }
 
 /// Slopes of coordinates; nothing for one whose slope is not known.
@@ -111,6 +183,25 @@ std::vector<Signature> slopes(const FitProblem& problem, const std::vector<Part>
   return out;
 }
 
+/// Slopes of all coordinates on the fit experiments, those of the same effect on different targets shared.
+std::vector<Signature> shared_slopes(const FitProblem& problem, const std::vector<Part>& parts,
+                                     const Eigen::VectorXd& residual, int threads) {
+  const std::vector<At> at = coordinates_of(parts);
+  const std::vector<std::vector<int>> groups = alike(problem.data, parts, at);
+  std::vector<Signature> out(at.size());
+  parallel_for(static_cast<int>(groups.size()), threads, [&](int g) {
+    const std::vector<int>& group = groups[g];
+    std::vector<At> of_group;
+    for (const int i : group) of_group.push_back(at[i]);
+    std::vector<Signature> found;
+    if (group.size() > 1) found = shared_slopes(problem, parts, of_group, residual);
+    for (std::size_t k = 0; k < group.size(); ++k)
+      out[group[k]] =
+          found.empty() ? slope(problem, parts, of_group[k], cell::Split::Fit, residual) : std::move(found[k]);
+  });
+  return out;
+}
+
 class Minimiser {
  public:
   Minimiser(const FitProblem& problem, const Model& from, std::vector<Part> parts, const FitOptions& options)
@@ -126,7 +217,7 @@ class Minimiser {
 
   void run() {
     scan_whole(12);
-    linearise(kept() ? kept_slopes(*options_.near, options_.near->jacobian, parts_) : GivenSlopes{});
+    begin_slopes();
     LevenbergMarquardtOptions how{
         .max_iterations = kept() ? std::min(most_steps_kept, options_.max_iterations) : options_.max_iterations,
         .tolerance = std::sqrt(options_.least_gain),
@@ -137,12 +228,12 @@ class Minimiser {
       optimizer.begin(normal_equations());
       while (optimizer.running()) take_step(optimizer);
       how.max_iterations -= optimizer.iterations();
-      if (!followed() || kept() || exact_ || how.max_iterations <= 0) break;
+      if (!followed() || kept() || slopes_ == Known::Here || how.max_iterations <= 0) break;
       linearise();
       how.initial_damping = along_valleys;
     }
     scan_whole(2);
-    if (!kept() && !exact_) linearise();
+    if (!kept() && slopes_ != Known::Here) linearise();
     sum_up();
   }
 
@@ -158,6 +249,13 @@ class Minimiser {
 
  private:
   using Optimizer = LevenbergMarquardt<Eigen::Dynamic>;
+
+  /// Where slopes were simulated.
+  enum class Known {
+    Before,     ///< At another point, from which they followed the steps.
+    HereAbout,  ///< At the present point, shared by targets.
+    Here,
+  };
 
   /// Times that the slopes are simulated because the steps by those before led no further, at most.
   static constexpr int most_rounds = 8;
@@ -202,8 +300,11 @@ class Minimiser {
     std::optional<Eigen::VectorXd> trial = residuals_at(problem_.data, moved, touched_, residual_);
     const double value = trial ? cost(moved, *trial) : std::numeric_limits<double>::infinity();
     if (!optimizer.accept(value)) {
-      if (!optimizer.running() || exact_ || kept()) return;
-      linearise();
+      if (!optimizer.running() || slopes_ == Known::Here || kept()) return;
+      if (slopes_ == Known::Before && followed())
+        linearise_shared();
+      else
+        linearise();
     } else {
       if (followed()) follow(moved, *trial);
       keep(std::move(moved), std::move(*trial), value);
@@ -252,10 +353,26 @@ class Minimiser {
   /// Of the prior of a coordinate.
   double weight() const { return problem_.width > 0.0 ? 1.0 / (problem_.width * problem_.width) : 0.0; }
 
+  void begin_slopes() {
+    if (kept())
+      linearise(kept_slopes(*options_.near, options_.near->jacobian, parts_));
+    else if (followed())
+      linearise_shared();
+    else
+      linearise();
+  }
+
   /// Slopes at the present point, but those that are given.
   void linearise(GivenSlopes given = {}) {
-    exact_ = std::ranges::none_of(given, [](const auto& slope) { return slope.has_value(); });
+    const bool any_given = std::ranges::any_of(given, [](const auto& slope) { return slope.has_value(); });
+    slopes_ = any_given ? Known::Before : Known::Here;
     jacobian_ = slopes(problem_, parts_, cell::Split::Fit, residual_, std::move(given), options_.threads);
+  }
+
+  /// Slopes at the present point, about.
+  void linearise_shared() {
+    slopes_ = Known::HereAbout;
+    jacobian_ = shared_slopes(problem_, parts_, residual_, options_.threads);
   }
 
   /// Information and gradient by the present slopes, the nuisance parameters marginalised.
@@ -302,7 +419,7 @@ class Minimiser {
     parts_ = std::move(parts);
     residual_ = std::move(residual);
     chi2_ = value;
-    exact_ = false;
+    slopes_ = Known::Before;
   }
 
   void keep_if_better(std::vector<Part> moved) {
@@ -332,7 +449,7 @@ class Minimiser {
   std::vector<At> at_;
   Eigen::VectorXd residual_;
   double chi2_ = 0.0;
-  bool exact_ = false;  ///< Whether the slopes are those at the present point.
+  Known slopes_ = Known::Before;
   std::vector<Signature> jacobian_;
   Eigen::MatrixXd information_;
   Eigen::VectorXd gradient_;

@@ -10,13 +10,6 @@
 
 namespace kr5::gap {
 
-namespace {
-
-/// Loss of log evidence by the slopes of a model from which a part of it is needed, however far they hold.
-constexpr double certain_loss = 300.0;
-
-}  // namespace
-
 const Model* ModelPool::find(const std::vector<Part>& parts) const {
   const auto has_them = [&](const Model& m) { return same_effects(m.parts, parts); };
   for (const std::vector<Model>* models : {&models_, &dropped_})
@@ -44,7 +37,7 @@ void ModelPool::fit_without_each(const Model& model, int threads) {
     if (find(parts)) continue;
     if (problem_.far) {
       Model linear = linear_without(problem_, model, k);
-      if (linear.log_evidence < model.log_evidence - certain_loss) {
+      if (surely_worse(linear, model)) {
         insert(std::move(linear));
         continue;
       }

@@ -15,10 +15,11 @@
 namespace kr5::gap {
 namespace {
 
-/// A set of effects to fit: from which model, with which parts.
+/// A set of effects to fit: from which model, with which parts, near which model.
 struct Task {
   const Model* from = nullptr;
   std::vector<Part> parts;
+  const Model* near = from;
 };
 
 using EffectNames = std::set<std::string>;
@@ -160,7 +161,7 @@ class Searcher {
     std::vector<std::unique_ptr<Model>> fitted(tasks_.size());
     std::atomic<int> done{0};
     parallel_for(static_cast<int>(tasks_.size()), options_.threads, [&](int i) {
-      fitted[i] = std::make_unique<Model>(fit(problem_, *tasks_[i].from, tasks_[i].parts, {.near = tasks_[i].from}));
+      fitted[i] = std::make_unique<Model>(fit(problem_, *tasks_[i].from, tasks_[i].parts, {.near = tasks_[i].near}));
       if (progress_) progress_(from + (to - from) * ++done / static_cast<double>(tasks_.size()));
     });
     for (auto& model : fitted) models_.push_back(std::move(model));
@@ -196,7 +197,9 @@ class Searcher {
   void drop_needless() {
     const Model* best = ranked(-1).front();
     if (best->parts.size() < 2) return;
-    for (std::size_t k = 0; k < best->parts.size(); ++k) add({models_.front().get(), without(best->parts, k)});
+    for (std::size_t k = 0; k < best->parts.size(); ++k)
+      if (!problem_.far || !surely_worse(linear_without(problem_, *best, k), *best))
+        add({models_.front().get(), without(best->parts, k), best});
   }
 
   /// Whether a set of this size is likelier than every smaller one.

@@ -18,6 +18,10 @@ using Eigen::VectorXd;
 
 /// Part of a gap that slopes may miss where they tell it.
 constexpr double missed_in_reach = 0.3;
+/// Steps that refit what was fitted before, in about the same noise.
+constexpr int refitting_steps = 4;
+/// Loss of log evidence by slopes that is certain, however far they hold.
+constexpr double certain_loss = 300.0;
 
 /// The parameter of an effect of one coordinate, as the cell holds it.
 double value_at(const cell::Cell& cell, const Hypothesis& h, const std::string& parameter, double x) {
@@ -185,7 +189,7 @@ Model fit_start(const FitProblem& problem, const VectorXd& base, const std::vect
     }
   Model from;
   from.residual = base;
-  return fit(problem, from, std::move(parts), {.threads = threads});
+  return fit(problem, from, std::move(parts), {.max_iterations = refitting_steps, .threads = threads});
 }
 
 bool in_reach(const ComparisonData& data, const Model& start, const VectorXd& base) {
@@ -201,6 +205,10 @@ Model linear_without(const FitProblem& problem, const Model& model, std::size_t 
   Reduction reduction(problem, model);
   reduction.leave_out(part);
   return reduction.linear();
+}
+
+bool surely_worse(const Model& linear, const Model& than) {
+  return linear.log_evidence < than.log_evidence - certain_loss;
 }
 
 Model without_idle(const FitProblem& problem, const VectorXd& base, const Model& model, int threads) {

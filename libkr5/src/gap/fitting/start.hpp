@@ -34,6 +34,9 @@ bool in_reach(const ComparisonData& data, const Model& start, const Eigen::Vecto
 /// A model without one of its parts, as far as its slopes tell: nothing is simulated.
 Model linear_without(const FitProblem& problem, const Model& model, std::size_t part);
 
+/// Whether a model that was found by slopes is so much less likely than another that no fit would change that.
+bool surely_worse(const Model& linear, const Model& than);
+
 /// A model without the effects that do not pay for themselves as far as its slopes tell, fitted again.
 Model without_idle(const FitProblem& problem, const Eigen::VectorXd& base, const Model& model, int threads);
 
