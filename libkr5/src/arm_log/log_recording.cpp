@@ -195,13 +195,12 @@ LogRecording record_log(const ArmLog& log, const cell::Cell& cell) {
       joints_move(motion.q),
       "q: no joint moves; an arm at rest shows gravity only, which many causes explain alike; log a motion of every "
       "joint");
-  const std::vector<MotionSpan> spans =
-      split_motions({{.t = motion.t,
-                      .q = motion.q,
-                      .command = motion.command,
-                      .commanded = motion.commanded,
-                      .stepwise = motion.commanded && cell.has_torque_servos(),
-                      .settle = settle_time(cell, motion.q.row(0).transpose())}});
+  const std::vector<MotionSpan> spans = split_motions({{.t = motion.t,
+                                                        .q = motion.q,
+                                                        .command = motion.command,
+                                                        .commanded = motion.commanded,
+                                                        .stepwise = motion.commanded && cell.has_torque_servos(),
+                                                        .settle = settle_time(cell, motion.q.row(0).transpose())}});
   LogRecording out;
   out.recording.cell = cell;
   if (motion.commanded) {

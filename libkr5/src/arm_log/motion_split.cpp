@@ -377,8 +377,8 @@ std::vector<MotionSpan> split_motions(const std::vector<LoggedMotion>& logs) {
     add_lead_in(piece, log);
     const double share = piece.span.split == cell::Split::Fit ? to_fit : to_check;
     const bool reduced = log.stepwise && share < 1.0;
-    for (const MotionSpan& span : reduced ? busiest_stretches(piece, log, share * simulated_steps(piece, log))
-                                          : stretches_of(piece, log))
+    for (const MotionSpan& span :
+         reduced ? busiest_stretches(piece, log, share * simulated_steps(piece, log)) : stretches_of(piece, log))
       out.push_back(span);
   }
   return out;

@@ -35,8 +35,9 @@ void add_block(ComparisonData& data, int experiment, const cell::Column& column)
   const double sigma = noise.of(column.noise, column.joint);
   if (sigma <= 0.0) return leave_out(data.left_out, e.kind, column.name, LeftOutReason::NoiseNotStated, column.noise);
   data.blocks_of[experiment].push_back(static_cast<int>(data.blocks.size()));
-  data.blocks.push_back({experiment, e.kind, e.split, column.name, noise.field_of(column.noise, column.joint), column.target, sigma,
-                         data.size, e.data.values.rows(), column.group == cell::orientation_group});
+  data.blocks.push_back({experiment, e.kind, e.split, column.name, noise.field_of(column.noise, column.joint),
+                         column.target, sigma, data.size, e.data.values.rows(),
+                         column.group == cell::orientation_group});
   data.size += e.data.values.rows();
 }
 

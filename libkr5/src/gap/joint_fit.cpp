@@ -44,21 +44,31 @@ struct JointData {
     mark_repeats(data);
   }
 
-  /// Makes the RMS of residuals in the experiments to fit the noise of each column, at least that of its sensor.
+  /// Makes the RMS of residuals the noise of a column in each experiment to fit, at least that of its sensor: what the
+  /// model cannot show of one motion does not outweigh the others. In those to check, it is that of all to fit.
   /// @returns The smallest factor by which a noise changed.
   double set_noise(const VectorXd& residual) {
+    struct Sum {
+      double squares = 0.0, samples = 0.0;
+      double rms() const { return samples > 0 ? std::sqrt(squares / samples) : 1.0; }
+    };
     const VectorXd counted = counted_residual(data, residual);
-    std::map<std::string, std::pair<double, double>> sums;  // squares and samples of each column
+    const auto sum_of = [&](const Block& block) {
+      return Sum{block.rows_of(counted).squaredNorm(), data.use.segment(block.first, block.rows).sum()};
+    };
+    std::map<std::string, Sum> fitted;  // of each column
     for (const Block& block : data.blocks) {
       if (block.split != cell::Split::Fit) continue;
-      auto& [squares, samples] = sums[column_name(block.kind, block.column)];
-      squares += block.rows_of(counted).squaredNorm();
-      samples += data.use.segment(block.first, block.rows).sum();
+      Sum& all = fitted[column_name(block.kind, block.column)];
+      const Sum own = sum_of(block);
+      all.squares += own.squares;
+      all.samples += own.samples;
     }
     double least = 1.0;
     for (Block& block : data.blocks) {
-      const auto& [squares, samples] = sums[column_name(block.kind, block.column)];
-      const double rms = std::max(samples > 0 ? std::sqrt(squares / samples) : 1.0, 1.0 / block.inflation);
+      const bool to_fit = block.split == cell::Split::Fit;
+      const Sum sum = to_fit ? sum_of(block) : fitted[column_name(block.kind, block.column)];
+      const double rms = std::max(sum.rms(), 1.0 / block.inflation);
       block.rows_of(base) /= rms;
       block.sigma *= rms;
       block.inflation *= rms;

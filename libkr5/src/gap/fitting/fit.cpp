@@ -147,9 +147,8 @@ std::vector<Signature> shared_slopes(const FitProblem& problem, const std::vecto
   for (std::size_t k = 0; k < group.size(); ++k) {
     const std::string& target = parts[group[k].part].candidate->hypothesis.target;
     out.push_back(slope_of(data, experiments, sides[k], residual));
-    std::erase_if(out.back().parts, [&](const auto& part) {
-      return data.blocks[static_cast<std::size_t>(part.first)].target != target;
-    });
+    const auto of_other = [&](const auto& part) { return data.blocks[part.first].target != target; };
+    std::erase_if(out.back().parts, of_other);
   }
   return out;
 }
