@@ -62,6 +62,29 @@ TEST_CASE("friction of one joint is found among all, however far off, and the ot
   CHECK(told.back() == 1.0);
 }
 
+TEST_CASE("what the model cannot show of one motion costs the others nothing") {
+  const cell::Recording clean = motions(protocol::carrying("coulomb_friction", "joint2", "coulomb", 20.0), 33);
+  cell::Recording disturbed = clean;
+  int to_fit = 0;
+  for (cell::Experiment& e : disturbed.experiments)
+    if (e.split == cell::Split::Fit && to_fit++ == 0) {
+      const int column = e.data.find("i2");
+      REQUIRE(column >= 0);
+      const double sigma = disturbed.cell.noise.of("current", 1);
+      for (Eigen::Index row = 0; row < e.data.values.rows(); ++row)
+        e.data.values(row, column) += 50.0 * sigma * std::sin(0.7 * static_cast<double>(row));
+    }
+  REQUIRE(to_fit > 1);
+  const auto friction = [](const cell::Recording& recording) {
+    const gap::JointFit fit = gap::fit_joint_effects(
+        recording, predict::FastSimulator(), {.effects = {"coulomb_friction", "viscous_friction"}, .progress = {}});
+    return effect_of(fit, "coulomb_friction", "joint2").parameters.front();
+  };
+  const gap::ParameterEstimate alone = friction(clean), beside = friction(disturbed);
+  CHECK(std::abs(beside.value[0] - 20.0) < 4 * beside.std[0]);
+  CHECK(beside.std[0] < 2.5 * alone.std[0]);  // of two or more motions one is lost
+}
+
 TEST_CASE("effects that cannot be fitted to all joints are refused by name") {
   const cell::Recording recording = motions(protocol::carrying("coulomb_friction", "joint3", "coulomb", 9.0), 32);
   const predict::FastSimulator simulator;
