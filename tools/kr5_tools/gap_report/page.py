@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from kr5_tools.gap_report.evidence_data import Evidence
 
 TITLE = "Why simulation and cell disagree"
+SEARCHED = 3  # causes in whose place other effects are tried; each takes a search of its own
 SAID = 1.15  # a gap below this is coloured, but not written beside the part
 LOOK = {
     "no_gap": ("good", "✓", "No gap"),
@@ -223,10 +224,19 @@ def cause_rows(found: kr5.gap.Diagnosis, evidence: "Evidence | None") -> list[di
                 "nominal": any(p["nominal"] for p in parameters),
                 "for": evidence_for(found, k, evidence),
                 "against": evidence_against(found, k, evidence),
-                "rivals": alternatives_to(evidence.rivals(k), evidence) if evidence and evidence.explained else [],
+                "rivals": rival_texts(k, evidence),
             }
         )
     return out
+
+
+def rival_texts(k: int, evidence: "Evidence | None") -> list[str]:
+    """What other effects do in the place of a cause."""
+    if not evidence or not evidence.explained:
+        return []
+    if k >= SEARCHED:
+        return [f"Not searched for; they are in the place of the first {SEARCHED} causes."]
+    return alternatives_to(evidence.rivals(k), evidence)
 
 
 def unexplained_rows(found: kr5.gap.Diagnosis) -> list[dict[str, Any]]:
