@@ -69,9 +69,7 @@ def _split_motions(own: list[int], parts: list[RawPart], reasons: list[list[str]
 
 
 def _motion_of(part: RawPart) -> arm_log.LoggedMotion:
-    out = arm_log.LoggedMotion(
-        t=part.t, commanded=part.commanded, stepwise=part.stepwise, settle=part.settle
-    )
+    out = arm_log.LoggedMotion(t=part.t, commanded=part.commanded, stepwise=part.stepwise, settle=part.settle)
     if part.q is not None:
         out.q = part.q
     if part.commands is not None:

@@ -48,6 +48,10 @@ class GuessedMap:
         if log not in logs:
             logs.append(log)
 
+    def note(self, *texts: str) -> None:
+        """Adds notes that are not there yet."""
+        self.notes += [text for text in texts if text not in self.notes]
+
     def told(self) -> list[list[str]]:
         """The reasons, with the logs where there are several."""
         every = {log for logs in self.logs_of.values() for log in logs}
@@ -77,7 +81,7 @@ def guess_map(
     of_parts: list[LogSource] = []
     for source in sources:
         log = read_log(source.file, given.header, given.words, episode=source.episode)
-        out.notes += [note for note in log.notes if note not in out.notes]
+        out.note(*log.notes)
         for part in _parts_of(log, cell, given):
             parts.append(_read_part(part, cell, given, out, source.name))
             of_parts.append(source)
@@ -196,7 +200,7 @@ def _read_part(
         if part.kind == "motion"
         else _kind_columns(part, cell, given, out, where)
     )
-    out.notes += [note for note in part.notes if note not in out.notes]
+    out.note(*part.notes)
     return _raw_part(part, columns, given, cell, where), columns, clock
 
 
@@ -245,7 +249,7 @@ def _with_signs(
         return load
     if not arm_log.magnitudes_only(log.stacked(load.columns)):
         return load
-    out.notes.append(f"{range_text(load.columns)} are not used: they never change their sign, as loads of joints do")
+    out.note(f"{range_text(load.columns)} are not used: they never change their sign, as loads of joints do")
     return None
 
 
@@ -253,7 +257,7 @@ def _filled(columns: list[str], log: Log, out: GuessedMap) -> list[str]:
     """Columns of one sensor; none of them, with a note, where one has no number in any row."""
     if all(np.isfinite(log.columns[name]).any() for name in columns):
         return columns
-    out.notes.append(f"{log.file.name}: {range_text(columns)} are not used: found no number in any row")
+    out.note(f"{log.file.name}: {range_text(columns)} are not used: found no number in any row")
     return []
 
 
@@ -264,7 +268,7 @@ def _report_partial_loads(part: LogPart, given: GivenEntries, out: GuessedMap, n
             _refuse_lacking(part.log, part.families, quantity, what, given)
         elif lacking := part.families.lacking_of(quantity):
             names = ", ".join(lacking)
-            out.notes.append(f"{part.log.file.name}: {what} are not used, since those of {names} were not found")
+            out.note(f"{part.log.file.name}: {what} are not used, since those of {names} were not found")
 
 
 def _refuse_two_publishers(log: Log, positions: Family | None) -> None:
@@ -293,8 +297,8 @@ def _add_joints(
 ) -> None:
     entry, proposal, why = joint_entry(family, log, cell, given, beside)
     columns[family.name] = entry
-    if family.note and family.note not in out.notes:
-        out.notes.append(family.note)
+    if family.note:
+        out.note(family.note)
     out.because(where, family.name, proposal, why)
 
 
@@ -350,8 +354,7 @@ def _note_others(found: FoundFamilies, columns: Mapping[str, object], out: Guess
         unused = families[1:] if name in columns else families if name != "qd" else []
         for family in unused:
             note = f"{range_text(family.columns)} ({name}) {'is' if len(family.columns) == 1 else 'are'} not used"
-            if note not in out.notes:
-                out.notes.append(note)
+            out.note(note)
 
 
 # Other kinds
