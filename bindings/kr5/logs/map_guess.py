@@ -77,7 +77,7 @@ def guess_map(
     given = given or GivenEntries()
     parts: list[tuple[RawPart, dict[str, Any], GuessedClock | None]] = []
     sources, notes = log_sources(files, given.episodes)
-    out.notes += notes
+    out.note(*notes)
     of_parts: list[LogSource] = []
     for source in sources:
         log = read_log(source.file, given.header, given.words, episode=source.episode)
@@ -353,8 +353,7 @@ def _note_others(found: FoundFamilies, columns: Mapping[str, object], out: Guess
     for name, families in found.families.items():
         unused = families[1:] if name in columns else families if name != "qd" else []
         for family in unused:
-            note = f"{range_text(family.columns)} ({name}) {'is' if len(family.columns) == 1 else 'are'} not used"
-            out.note(note)
+            out.note(f"{range_text(family.columns)} ({name}) {'is' if len(family.columns) == 1 else 'are'} not used")
 
 
 # Other kinds

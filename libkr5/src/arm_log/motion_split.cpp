@@ -167,17 +167,18 @@ std::vector<Piece> halves(const Piece& piece, const LoggedMotion& log) {
   Piece fit = piece, check = piece;
   fit.span.end = cut;
   check.span.split = cell::Split::Check;
-  const Index row = (std::lower_bound(t.begin(), t.end(), cut) - t.begin()) + piece.rows.first;
-  fit.rows.last = row;
+  const auto row_at = [&](double time) {
+    return (std::lower_bound(t.begin(), t.end(), time) - t.begin()) + piece.rows.first;
+  };
+  fit.rows.last = row_at(cut);
   if (rest || !log.commanded) {
     check.span.begin = cut;
-    check.rows.first = row;
   } else {
     const double first = std::isfinite(piece.span.begin) ? piece.span.begin : t[0];
     if (log.stepwise && cut - stretch_lead_in > first) check.span.begin = to_tenth_of_ms(cut - stretch_lead_in);
     check.span.lead_in = to_tenth_of_ms(cut - std::max(first, check.span.begin));
-    check.rows.first = (std::lower_bound(t.begin(), t.end(), check.span.begin) - t.begin()) + piece.rows.first;
   }
+  check.rows.first = row_at(check.span.begin);
   fit.span.cut = check.span.cut = rest ? CutReason::AtRest : !log.commanded ? CutReason::Measured : CutReason::LeadIn;
   fit.length = cut - t[0];
   check.length = t[t.size() - 1] - cut;
@@ -270,7 +271,7 @@ std::vector<MotionSpan> busiest_stretches(const Piece& piece, const LoggedMotion
   const double length = t[t.size() - 1] - t[0];
   const double rate = simulated_steps(piece, log) / (log.t[piece.rows.last - 1] - log.t[piece.rows.first]);
   const double fitting = most_steps / (rate * (stretch_length + stretch_lead_in));
-  const auto count = static_cast<Index>(std::clamp(std::nearbyint(fitting), 1.0, length / stretch_length));
+  const auto count = static_cast<Index>(std::min(std::max(std::nearbyint(fitting), 1.0), length / stretch_length));
   if (count < 1) return {piece.span};
   const VectorXd before = motion_share(t, q);
   std::vector<MotionSpan> out;

@@ -230,12 +230,17 @@ Eigen::VectorXd counted_residual(const ComparisonData& data, const Eigen::Vector
   return residual.array().isNaN().select(missing_residual, residual.array()) * data.use;
 }
 
+Sum sum_of(const ComparisonData& data, const Eigen::VectorXd& counted, const Block& block) {
+  return {block.rows_of(counted).squaredNorm(), data.use.segment(block.first, block.rows).sum()};
+}
+
 Sum sum_of(const ComparisonData& data, const Eigen::VectorXd& counted, cell::Split split) {
   Sum sum;
   for (const Block& block : data.blocks) {
     if (block.split != split) continue;
-    sum.chi2 += block.rows_of(counted).squaredNorm();
-    sum.samples += data.use.segment(block.first, block.rows).sum();
+    const Sum own = sum_of(data, counted, block);
+    sum.chi2 += own.chi2;
+    sum.samples += own.samples;
   }
   return sum;
 }

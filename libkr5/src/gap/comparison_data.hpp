@@ -113,11 +113,13 @@ void write_residuals(const ComparisonData& data, int experiment, const std::vect
 /// What is squared and summed: spikes at 0, what cannot be compared at `missing_residual`.
 Eigen::VectorXd counted_residual(const ComparisonData& data, const Eigen::VectorXd& residual);
 
-/// Sum of squares, and number of samples, over the blocks of a split.
+/// Sum of squares, and number of samples.
 struct Sum {
   double chi2 = 0.0;
   double samples = 0.0;
 };
+Sum sum_of(const ComparisonData& data, const Eigen::VectorXd& counted, const Block& block);
+/// Over the blocks of a split.
 Sum sum_of(const ComparisonData& data, const Eigen::VectorXd& counted, cell::Split split);
 
 }  // namespace kr5::gap

@@ -48,27 +48,20 @@ struct JointData {
   /// model cannot show of one motion does not outweigh the others. In those to check, it is that of all to fit.
   /// @returns The smallest factor by which a noise changed.
   double set_noise(const VectorXd& residual) {
-    struct Sum {
-      double squares = 0.0, samples = 0.0;
-      double rms() const { return samples > 0 ? std::sqrt(squares / samples) : 1.0; }
-    };
     const VectorXd counted = counted_residual(data, residual);
-    const auto sum_of = [&](const Block& block) {
-      return Sum{block.rows_of(counted).squaredNorm(), data.use.segment(block.first, block.rows).sum()};
-    };
     std::map<std::string, Sum> fitted;  // of each column
     for (const Block& block : data.blocks) {
       if (block.split != cell::Split::Fit) continue;
       Sum& all = fitted[column_name(block.kind, block.column)];
-      const Sum own = sum_of(block);
-      all.squares += own.squares;
+      const Sum own = sum_of(data, counted, block);
+      all.chi2 += own.chi2;
       all.samples += own.samples;
     }
     double least = 1.0;
     for (Block& block : data.blocks) {
       const bool to_fit = block.split == cell::Split::Fit;
-      const Sum sum = to_fit ? sum_of(block) : fitted[column_name(block.kind, block.column)];
-      const double rms = std::max(sum.rms(), 1.0 / block.inflation);
+      const Sum sum = to_fit ? sum_of(data, counted, block) : fitted[column_name(block.kind, block.column)];
+      const double rms = std::max(sum.samples > 0 ? std::sqrt(sum.chi2 / sum.samples) : 1.0, 1.0 / block.inflation);
       block.rows_of(base) /= rms;
       block.sigma *= rms;
       block.inflation *= rms;
@@ -175,8 +168,9 @@ double rms_of(const ComparisonData& data, const VectorXd& counted, const std::st
   double squares = 0.0, samples = 0.0;
   for (const Block& block : data.blocks) {
     if (block.split != split || column_name(block.kind, block.column) != column) continue;
-    squares += block.sigma * block.sigma * block.rows_of(counted).squaredNorm();
-    samples += data.use.segment(block.first, block.rows).sum();
+    const Sum own = sum_of(data, counted, block);
+    squares += block.sigma * block.sigma * own.chi2;
+    samples += own.samples;
   }
   return samples > 0 ? std::sqrt(squares / samples) : 0.0;
 }

@@ -235,7 +235,7 @@ def rival_texts(k: int, evidence: "Evidence | None") -> list[str]:
     if not evidence or not evidence.explained:
         return []
     if k >= SEARCHED:
-        return [f"Not searched for; they are in the place of the first {SEARCHED} causes."]
+        return [f"Other effects were tried in the place of the first {SEARCHED} causes only."]
     return alternatives_to(evidence.rivals(k), evidence)
 
 

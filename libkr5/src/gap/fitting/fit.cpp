@@ -216,7 +216,10 @@ class Minimiser {
 
   void run() {
     scan_whole(12);
-    begin_slopes();
+    if (kept())
+      linearise(kept_slopes(*options_.near, options_.near->jacobian, parts_));
+    else
+      renew_slopes();
     LevenbergMarquardtOptions how{
         .max_iterations = kept() ? std::min(most_steps_kept, options_.max_iterations) : options_.max_iterations,
         .tolerance = std::sqrt(options_.least_gain),
@@ -300,10 +303,7 @@ class Minimiser {
     const double value = trial ? cost(moved, *trial) : std::numeric_limits<double>::infinity();
     if (!optimizer.accept(value)) {
       if (!optimizer.running() || slopes_ == Known::Here || kept()) return;
-      if (slopes_ == Known::Before && followed())
-        linearise_shared();
-      else
-        linearise();
+      renew_slopes();
     } else {
       if (followed()) follow(moved, *trial);
       keep(std::move(moved), std::move(*trial), value);
@@ -352,10 +352,9 @@ class Minimiser {
   /// Of the prior of a coordinate.
   double weight() const { return problem_.width > 0.0 ? 1.0 / (problem_.width * problem_.width) : 0.0; }
 
-  void begin_slopes() {
-    if (kept())
-      linearise(kept_slopes(*options_.near, options_.near->jacobian, parts_));
-    else if (followed())
+  /// Slopes at the present point, which are shared before each is simulated.
+  void renew_slopes() {
+    if (followed() && slopes_ == Known::Before)
       linearise_shared();
     else
       linearise();
