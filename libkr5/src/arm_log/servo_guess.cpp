@@ -2,15 +2,14 @@
 #include "servo_guess.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <limits>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
 #include <kr5/core/error.hpp>
+#include <kr5/core/parallel.hpp>
 #include <kr5/physics/effective_arm.hpp>
 #include <kr5/physics/effective_drives.hpp>
 
@@ -24,7 +23,7 @@ namespace {
 
 constexpr double lead_in = 1.0;                     // before the part that is compared [s]
 constexpr double usual_acceleration = 10.0;         // of a joint that is not held against gravity [rad/s^2]
-constexpr double greatest_droop = 0.5;              // under the greatest torque [rad]
+constexpr double max_droop = 0.5;                   // under the greatest torque [rad]
 constexpr int droops = 10;                          // each half of the one before
 constexpr double lags[] = {0.01, 0.03, 0.08, 0.2};  // damping over stiffness [s]
 constexpr double delays[] = {0.0, 0.01, 0.02, 0.04, 0.07, 0.1, 0.15};  // [s]
@@ -129,15 +128,8 @@ class ServoGuess {
 
   std::vector<VectorXd> all_costs(const std::vector<Values>& sets) const {
     std::vector<VectorXd> out(sets.size());
-    std::atomic<std::size_t> next{0};
-    const auto work = [&] {
-      for (std::size_t i = next++; i < sets.size(); i = next++) out[i] = costs(sets[i]);
-    };
-    const auto cores = threads_ > 0 ? static_cast<unsigned>(threads_) : std::thread::hardware_concurrency();
-    std::vector<std::jthread> others;
-    for (unsigned k = 1; k < cores; ++k) others.emplace_back(work);
-    work();
-    others.clear();
+    parallel_for(static_cast<int>(sets.size()), threads_,
+                 [&](int i) { out[static_cast<std::size_t>(i)] = costs(sets[static_cast<std::size_t>(i)]); });
     return out;
   }
 
@@ -169,7 +161,7 @@ class ServoGuess {
       for (const double lag : lags) {
         Values set = best_;
         for (std::size_t j = 0; j < set.joints.size(); ++j) {
-          set.joints[j].stiffness = load_[static_cast<Index>(j)] / (greatest_droop * std::pow(0.5, k));
+          set.joints[j].stiffness = load_[static_cast<Index>(j)] / (max_droop * std::pow(0.5, k));
           set.joints[j].damping = lag * set.joints[j].stiffness;
         }
         sets.push_back(std::move(set));

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/core/parallel.hpp>
 #include <kr5/gap/effect_fit.hpp>
 
 #include <algorithm>
@@ -11,7 +12,6 @@
 #include <kr5/core/error.hpp>
 
 #include "gap/fitting/posterior.hpp"
-#include "gap/parallel.hpp"
 #include "gap/reporting/gap_breakdown.hpp"
 #include "gap/reporting/gap_figures.hpp"
 #include "gap/reporting/residual_owner.hpp"

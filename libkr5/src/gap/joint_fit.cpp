@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/core/parallel.hpp>
 #include <kr5/gap/joint_fit.hpp>
 
 #include <algorithm>
@@ -16,7 +17,6 @@
 #include "gap/fitting/fit.hpp"
 #include "gap/fitting/posterior.hpp"
 #include "gap/fitting/start.hpp"
-#include "gap/parallel.hpp"
 #include "gap/screening/noise.hpp"
 
 namespace kr5::gap {

@@ -55,6 +55,7 @@ struct Hypothesis {
   bool of_recording = false;
 
   int size() const { return static_cast<int>(coordinates.size()); }
+  EffectName name() const { return {effect, target}; }
 };
 
 /// One number of an effect that no catalogue names, in its own unit; 0 where the effect is off.

@@ -13,8 +13,7 @@
 #include <Eigen/Cholesky>
 
 #include <kr5/core/levenberg_marquardt.hpp>
-
-#include "gap/parallel.hpp"
+#include <kr5/core/parallel.hpp>
 
 namespace kr5::gap {
 namespace {

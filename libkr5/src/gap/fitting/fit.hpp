@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include <Eigen/Core>
@@ -43,6 +44,9 @@ struct Model {
     int n = 0;
     for (const Part& part : parts) n += part.candidate->hypothesis.size();
     return n;
+  }
+  bool has(const EffectName& name) const {
+    return std::ranges::any_of(parts, [&](const Part& part) { return part.candidate->hypothesis.name() == name; });
   }
   /// Index of the first coordinate of a part among all.
   Eigen::Index first_coordinate(std::size_t part) const {

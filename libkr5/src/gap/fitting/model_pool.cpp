@@ -5,8 +5,9 @@
 #include <iterator>
 #include <optional>
 
+#include <kr5/core/parallel.hpp>
+
 #include "gap/fitting/start.hpp"
-#include "gap/parallel.hpp"
 
 namespace kr5::gap {
 

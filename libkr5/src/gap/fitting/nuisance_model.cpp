@@ -6,8 +6,7 @@
 #include <Eigen/Cholesky>
 
 #include <kr5/core/error.hpp>
-
-#include "gap/parallel.hpp"
+#include <kr5/core/parallel.hpp>
 
 namespace kr5::gap {
 namespace {

@@ -109,7 +109,7 @@ bool contains(const std::vector<EffectName>& names, const EffectName& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-EffectName name_of(const Part& part) { return {part.candidate->hypothesis.effect, part.candidate->hypothesis.target}; }
+EffectName name_of(const Part& part) { return part.candidate->hypothesis.name(); }
 
 Posterior posterior(const FitProblem& problem, const std::vector<Model>& models) {
   Posterior out;
@@ -126,7 +126,7 @@ Posterior posterior(const FitProblem& problem, const std::vector<Model>& models)
 double probability(const std::vector<Model>& models, const Posterior& posterior, const EffectName& name) {
   double sum = 0.0;
   for (std::size_t i = 0; i < models.size(); ++i)
-    if (contains(names_of(models[i]), name)) sum += posterior.weights[i];
+    if (models[i].has(name)) sum += posterior.weights[i];
   return std::min(sum, 1.0);
 }
 

@@ -9,8 +9,9 @@
 #include <set>
 #include <string>
 
+#include <kr5/core/parallel.hpp>
+
 #include "gap/fitting/start.hpp"
-#include "gap/parallel.hpp"
 
 namespace kr5::gap {
 namespace {
@@ -75,9 +76,8 @@ std::vector<Suggestion> rank_beside(const FitProblem& problem, Screen& screen, c
 double gain_in_place_of(const Part* part, const std::vector<Suggestion>& all) {
   if (part == nullptr) return 0.0;
   const Hypothesis& h = part->candidate->hypothesis;
-  const auto own = std::ranges::find_if(all, [&](const Suggestion& s) {
-    return s.part.candidate->hypothesis.effect == h.effect && s.part.candidate->hypothesis.target == h.target;
-  });
+  const auto own =
+      std::ranges::find_if(all, [&](const Suggestion& s) { return s.part.candidate->hypothesis.name() == h.name(); });
   return own == all.end() ? 0.0 : std::max(0.0, near_part * own->score - near_margin);
 }
 

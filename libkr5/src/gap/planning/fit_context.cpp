@@ -9,19 +9,15 @@
 #include <kr5/cell/effect.hpp>
 #include <kr5/core/error.hpp>
 
+#include "gap/fitting/posterior.hpp"
 #include "gap/screening/screen.hpp"
 
 namespace kr5::gap {
 namespace {
 
-bool is_effect(const Hypothesis& h, const EffectName& name) {
-  return h.effect == name.effect && h.target == name.target;
-}
-
 bool wanted(const Hypothesis& h, const std::vector<Alternative>& alternatives) {
-  return std::any_of(alternatives.begin(), alternatives.end(), [&](const Alternative& names) {
-    return std::any_of(names.begin(), names.end(), [&](const EffectName& name) { return is_effect(h, name); });
-  });
+  return std::any_of(alternatives.begin(), alternatives.end(),
+                     [&](const Alternative& names) { return contains(names, h.name()); });
 }
 
 /// The hypotheses of all alternatives; complains of effects that the cell cannot have.
@@ -32,7 +28,7 @@ std::vector<Hypothesis> hypotheses_of(const FitContext& context, const std::vect
   std::erase_if(out, [&](const Hypothesis& h) { return !wanted(h, alternatives); });
   for (const Alternative& names : alternatives)
     for (const EffectName& name : names) {
-      if (std::any_of(out.begin(), out.end(), [&](const Hypothesis& h) { return is_effect(h, name); })) continue;
+      if (std::any_of(out.begin(), out.end(), [&](const Hypothesis& h) { return h.name() == name; })) continue;
       const cell::Effect& effect = cell::find_effect(name.effect);
       if (effect.periodic() && cell::effect_possible(effect, context.recording.cell, name.target)) continue;
       const std::vector<std::string> targets = cell::effect_targets(effect, context.recording.cell);
@@ -48,12 +44,7 @@ std::vector<Hypothesis> hypotheses_of(const FitContext& context, const std::vect
 /// would rather have it below its bound.
 std::vector<Part> starts(const FitProblem& problem, Screen& screen, const Model& model, const Alternative& names) {
   constexpr std::size_t choices = 3;
-  const auto missing = [&](const Hypothesis& h) {
-    return std::any_of(names.begin(), names.end(), [&](const EffectName& name) { return is_effect(h, name); }) &&
-           std::none_of(model.parts.begin(), model.parts.end(), [&](const Part& part) {
-             return is_effect(h, {part.candidate->hypothesis.effect, part.candidate->hypothesis.target});
-           });
-  };
+  const auto missing = [&](const Hypothesis& h) { return contains(names, h.name()) && !model.has(h.name()); };
   std::vector<Part> out;
   for (const Suggestion& s : screen.rank(problem, model))
     if (out.size() < choices && missing(s.part.candidate->hypothesis)) out.push_back(s.part);

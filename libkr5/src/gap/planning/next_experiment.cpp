@@ -4,8 +4,9 @@
 #include <algorithm>
 #include <chrono>
 
+#include <kr5/core/parallel.hpp>
+
 #include "gap/fitting/posterior.hpp"
-#include "gap/parallel.hpp"
 #include "gap/planning/experiment_scorer.hpp"
 
 namespace kr5::gap {

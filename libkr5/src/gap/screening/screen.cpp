@@ -10,8 +10,7 @@
 #include <Eigen/Cholesky>
 
 #include <kr5/core/error.hpp>
-
-#include "gap/parallel.hpp"
+#include <kr5/core/parallel.hpp>
 
 namespace kr5::gap {
 namespace {
@@ -114,12 +113,6 @@ bool parallel(const Signature& a, const Signature& b) {
   return aa * bb - ab * ab <= sine * sine * aa * bb;
 }
 
-bool has(const Model& model, const Hypothesis& h) {
-  return std::any_of(model.parts.begin(), model.parts.end(), [&](const Part& p) {
-    return p.candidate->hypothesis.effect == h.effect && p.candidate->hypothesis.target == h.target;
-  });
-}
-
 /// Residuals of a cell with a hypothesis at x; those of the cell alone where there is no such cell.
 Eigen::VectorXd residuals_with(const ComparisonData& data, const cell::Cell& about, const Hypothesis& h,
                                const Eigen::VectorXd& x, const std::vector<int>& experiments,
@@ -152,15 +145,12 @@ void simulate(const ComparisonData& data, Candidate& candidate, const cell::Cell
 }
 
 std::vector<EffectName> unseen_effects(const std::vector<std::shared_ptr<Candidate>>& candidates) {
-  const auto same = [](const Candidate& c, const EffectName& name) {
-    return c.hypothesis.effect == name.effect && c.hypothesis.target == name.target;
-  };
   std::vector<EffectName> out;
   for (const auto& candidate : candidates) {
-    const EffectName name{candidate->hypothesis.effect, candidate->hypothesis.target};
+    const EffectName name = candidate->hypothesis.name();
     if (candidate->hypothesis.of_recording || std::find(out.begin(), out.end(), name) != out.end()) continue;
     if (std::none_of(candidates.begin(), candidates.end(),
-                     [&](const auto& c) { return same(*c, name) && !c->signatures.empty(); }))
+                     [&](const auto& c) { return c->hypothesis.name() == name && !c->signatures.empty(); }))
       out.push_back(name);
   }
   return out;
@@ -229,7 +219,7 @@ std::vector<Suggestion> Screen::rank(const FitProblem& problem, const Model& mod
     const Candidate& candidate = *candidates_[i];
     Suggestion& best = all[i];
     best.score = -1e300;
-    if (has(model, candidate.hypothesis)) return;
+    if (model.has(candidate.hypothesis.name())) return;
     for (std::size_t p = 0; p < candidate.signatures.size(); ++p) {
       Eigen::VectorXd coefficients;
       const double score = gain(projection.normal(candidate.signatures[p]), coefficients) + problem.log_prior_effect +
@@ -265,7 +255,7 @@ std::vector<PairSuggestion> Screen::rank_pairs(const FitProblem& problem, const 
     for (std::size_t j = static_cast<std::size_t>(i) + 1; j < entries.size(); ++j) {
       const PairMember& b = entries[j];
       const Hypothesis &ha = a.candidate->hypothesis, &hb = b.candidate->hypothesis;
-      if (ha.effect == hb.effect && ha.target == hb.target) continue;
+      if (ha.name() == hb.name()) continue;
       Eigen::MatrixXd cross = gram(a.candidate->signatures[a.probe], b.candidate->signatures[b.probe]);
       if (problem.prior.size() > 0) cross -= problem.prior.inner(a.nuisance, b.nuisance);
       const Eigen::Index n = a.normal.b.size(), m = b.normal.b.size();

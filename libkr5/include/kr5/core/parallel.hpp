@@ -8,7 +8,7 @@
 #include <thread>
 #include <vector>
 
-namespace kr5::gap {
+namespace kr5 {
 
 /// Calls `work(i)` for i in [0, count) on `threads` threads, 0: one a core. The first exception is passed on.
 template <class Work>
@@ -33,4 +33,4 @@ void parallel_for(int count, int threads, const Work& work) {
   if (error) std::rethrow_exception(error);
 }
 
-}  // namespace kr5::gap
+}  // namespace kr5
