@@ -76,6 +76,16 @@ TEST_CASE("motions stay within the workspace and its speeds, begin and end at re
   CHECK(count(all, "cold start") == 0);  // the cell is cold still
 }
 
+TEST_CASE("motions of a cell whose servos can be simulated are commanded, of others measured") {
+  cell::Recording r = recorded();
+  const auto reference = [&] { return gap::motion_proposals(gap::Family{r, {}, 0.7}).front().experiment.joint_reference; };
+  CHECK(reference() == cell::JointReference::Commanded);
+  r.cell.servo->joint.clear();
+  CHECK(reference() == cell::JointReference::Measured);
+  r.cell.servo->torque = {{.stiffness = 20.0, .damping = 1.0}};
+  CHECK(reference() == cell::JointReference::Commanded);
+}
+
 TEST_CASE("a cell that has moved for long may start cold again") {
   cell::Recording r = recorded();
   cell::Experiment& e = r.experiments.front();

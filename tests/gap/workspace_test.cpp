@@ -47,6 +47,16 @@ TEST_CASE("joints keep a twentieth of their range from their limits, and a part 
   CHECK(w.cycle == r.cell.servo->cycle);
 }
 
+TEST_CASE("commands to torque servos come as often as those that were recorded") {
+  cell::Recording r = recorded();
+  r.cell.servo->joint.clear();
+  r.cell.servo->torque = {{.stiffness = 20.0, .damping = 1.0}};
+  r.experiments[0].data.values.col(r.experiments[0].data.find("t")) = Eigen::VectorXd::LinSpaced(200, 5.0, 8.98);
+  CHECK(gap::Workspace(gap::Family{r, {}, 0.7}).cycle == Approx(0.02));
+  r.experiments.clear();
+  CHECK(gap::Workspace(gap::Family{r, {}, 0.7}).cycle == r.cell.servo->cycle);
+}
+
 TEST_CASE("without limits what was recorded is all that is safe") {
   cell::Recording r = recorded();
   r.cell.robot.limits.reset();

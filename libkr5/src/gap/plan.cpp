@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/core/parallel.hpp>
 #include <kr5/gap/plan.hpp>
 
 #include <algorithm>
@@ -9,7 +10,6 @@
 
 #include <kr5/core/error.hpp>
 
-#include "gap/parallel.hpp"
 #include "gap/planning/experiment_scorer.hpp"
 
 namespace kr5::gap {
@@ -207,7 +207,7 @@ class Planner {
     if (!simulated_)
       return out +
              "No experiment could be tried: this cell cannot simulate a motion of its own choice. State its servos "
-             "(servo.joint), or record more of the kinds that it has";
+             "(servo.joint, or servo.torque), or record more of the kinds that it has";
     if (out_.exact_tie) {
       out += "No experiment that was tried distinguishes " + text_of(out_.alternatives) +
              ", even with 100 repeats: they look the same to the sensors of this cell, or differ by less than the "

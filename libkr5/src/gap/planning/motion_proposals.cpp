@@ -129,8 +129,9 @@ class Motions {
     if (load > 0) what += ", with " + two_digits(load) + " kg more on the tool";
     // A cell without servos cannot simulate how an arm follows commands; its motors then follow the path itself.
     const auto& servo = workspace_.cell.servo;
-    const cell::JointReference reference =
-        servo && !servo->joint.empty() ? cell::JointReference::Commanded : cell::JointReference::Measured;
+    const cell::JointReference reference = servo && (!servo->joint.empty() || workspace_.cell.has_torque_servos())
+                                               ? cell::JointReference::Commanded
+                                               : cell::JointReference::Measured;
     Proposal p{
         {"next", cell::Kind::Motion, "next.csv", cell::Split::Fit, {}, reference, {}}, std::move(what), load, 0.0};
     p.seconds = set_up + workspace_.cycle * static_cast<double>(path.rows()) + wait + (load > 0 ? hang : 0.0);

@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+
+#include <kr5/core/statistics.hpp>
 
 namespace kr5::gap {
 namespace {
@@ -25,11 +28,27 @@ Eigen::MatrixXd postures(const cell::Recording& recording, cell::Kind kind) {
   return out;
 }
 
+/// The middle one of the steps between the rows of a recorded motion, if there is one [s].
+std::optional<double> recorded_step(const cell::Recording& recording) {
+  const cell::Experiment* e = recorded_experiment(recording, cell::Kind::Motion);
+  if (!e || e->data.find("t") < 0 || e->data.values.rows() < 2) return std::nullopt;
+  const Eigen::VectorXd t = e->data.column("t");
+  const Eigen::VectorXd steps = t.tail(t.size() - 1) - t.head(t.size() - 1);
+  return median({steps.begin(), steps.end()});
+}
+
+/// Torque servos take commands at any times: those of a plan come as often as the recorded ones.
+double cycle_of(const cell::Recording& recording) {
+  const auto& servo = recording.cell.servo;
+  if (recording.cell.has_torque_servos())
+    if (const auto step = recorded_step(recording)) return *step;
+  return servo && servo->cycle > 0 ? servo->cycle : robot::usual_cycle;
+}
+
 }  // namespace
 
-Workspace::Workspace(const Family& family) : cell(family.recording.cell) {
+Workspace::Workspace(const Family& family) : cell(family.recording.cell), cycle(cycle_of(family.recording)) {
   const int n = cell.robot.joints();
-  if (cell.servo && cell.servo->cycle > 0) cycle = cell.servo->cycle;
   std::vector<Eigen::MatrixXd> seen;
   for (const cell::Kind kind : {cell::Kind::Motion, cell::Kind::Poses, cell::Kind::Views, cell::Kind::Scan})
     if (Eigen::MatrixXd q = postures(family.recording, kind); q.rows() > 0) seen.push_back(std::move(q));

@@ -24,11 +24,11 @@ struct Workspace {
   Eigen::VectorXd random_extreme(Random& random, bool far) const;
 
   const cell::Cell& cell;
-  double cycle = robot::usual_cycle;  ///< [s]
-  Eigen::VectorXd low, high;          ///< [rad or m]
-  Eigen::VectorXd speed;              ///< [rad/s or m/s]
-  Eigen::VectorXd home;               ///< Where the recorded motion began.
-  double floor = -1e9;                ///< Least height of the tool tip in B [m].
+  double cycle;               ///< [s]
+  Eigen::VectorXd low, high;  ///< [rad or m]
+  Eigen::VectorXd speed;      ///< [rad/s or m/s]
+  Eigen::VectorXd home;       ///< Where the recorded motion began.
+  double floor = -1e9;        ///< Least height of the tool tip in B [m].
 };
 
 }  // namespace kr5::gap
