@@ -146,6 +146,24 @@ TEST_CASE("commands and positions alone need a model that states its servos") {
   CHECK_THROWS_WITH(arm_log::record_log(log, arm), Contains("servo.torque"));
 }
 
+TEST_CASE("what torques are measured by is told where no efforts were logged") {
+  Random random(7310);
+  const cell::Cell arm = servo_arm(2, random);
+  const auto tells = [](const std::vector<arm_log::LogNote>& notes) {
+    return std::ranges::any_of(
+        notes, [](const arm_log::LogNote& note) { return note.kind == arm_log::LogNoteKind::TorqueScale; });
+  };
+  arm_log::LogRecording found = arm_log::prepare_log(servo_log(arm, random, 10.0), arm, {});
+  CHECK(tells(found.notes));
+  for (cell::Experiment& e : found.recording.experiments)
+    for (const char* name : {"tau1", "tau2"}) {
+      e.data.columns.push_back(name);
+      e.data.values.conservativeResize(Eigen::NoChange, e.data.values.cols() + 1);
+      e.data.values.rightCols(1).setZero();
+    }
+  CHECK_FALSE(tells(arm_log::complete_model(found.recording, found.readings, true)));
+}
+
 TEST_CASE("a soft servo needs longer to forget how a motion began, and a late one by its delay") {
   Random random(7400);
   cell::Cell arm = servo_arm(2, random);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <kr5/arm_log/diagnose_log.hpp>
 
+#include <algorithm>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -57,6 +58,12 @@ void require_plausible(const LogRecording& log) {
                         "the log and the model do not fit together; is this the model of the robot that was logged?");
 }
 
+bool shows_loads(const cell::Recording& recording) {
+  return std::ranges::any_of(recording.experiments, [](const cell::Experiment& e) {
+    return e.data.find("tau1") >= 0 || e.data.find("i1") >= 0;
+  });
+}
+
 /// The diagnosis beside what the best arm leaves.
 gap::Diagnosis diagnose_beside(const cell::Recording& recording, const cell::Simulator& simulator,
                                const gap::DiagnoseOptions& options, const BestArmErrors& errors) {
@@ -71,6 +78,7 @@ std::vector<LogNote> complete_model(cell::Recording& recording, const Readings& 
   std::vector<LogNote> out;
   if (!constants_stated && lacks_torque_constants(recording.cell)) append(out, add_torque_constants(recording));
   append(out, add_reading_noise(recording, readings));
+  if (moves_by_torque_servos(recording) && !shows_loads(recording)) out.push_back({.kind = LogNoteKind::TorqueScale});
   return out;
 }
 

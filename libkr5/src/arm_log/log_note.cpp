@@ -99,6 +99,10 @@ std::string text(const LogNote& note, const cell::Cell& cell) {
       return "up to " + digits(note.value, 6) + " s to fit, the rest to check";
     case LogNoteKind::Stretches:
       return "the log is long: " + digits(note.value, 3) + " stretches, spread over it, are compared";
+    case LogNoteKind::TorqueScale:
+      return "no efforts were logged, so that torques have the scale of the masses of the model: stiffness, damping, "
+             "friction and rotor inertia are wrong by the same factor as these, and only their ratios are measured; a "
+             "motion with a known weight at the flange, stated in the model, tells the factor";
   }
   return {};
 }

@@ -36,7 +36,8 @@ struct LogDiagnosis {
 };
 
 /// Completes a model by what a recording of it tells: torque constants, where the model states none and currents were
-/// logged, and the noise of columns for which it states none. Returns notes of it.
+/// logged, and the noise of columns for which it states none. Returns notes of it, and of the scale of the torques
+/// where no loads were logged.
 /// @param readings As of add_reading_noise.
 /// @throws InvalidArgument naming the joint whose torque constant the motions do not tell.
 std::vector<LogNote> complete_model(cell::Recording& recording, const Readings& readings = {},

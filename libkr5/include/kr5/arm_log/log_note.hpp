@@ -25,6 +25,7 @@ enum class LogNoteKind {
   CutAtRest,           ///< Up to `value` [s] to fit, cut where the arm rests.
   Cut,                 ///< Up to `value` [s] to fit, cut in motion.
   Stretches,           ///< `value` stretches of a long log are compared.
+  TorqueScale,         ///< No loads were logged: torques have the scale of the masses of the model.
 };
 constexpr auto enum_names(LogNoteKind) {
   using enum LogNoteKind;
@@ -41,7 +42,8 @@ constexpr auto enum_names(LogNoteKind) {
                              {MeasuredForCommand, "measured_for_command"},
                              {CutAtRest, "cut_at_rest"},
                              {Cut, "cut"},
-                             {Stretches, "stretches"}});
+                             {Stretches, "stretches"},
+                             {TorqueScale, "torque_scale"}});
 }
 
 struct LogNote {
