@@ -9,7 +9,6 @@
 
 #include <kr5/cell/sensor_model.hpp>
 #include <kr5/core/error.hpp>
-#include <kr5/core/random.hpp>
 #include <kr5/physics/path_correction.hpp>
 #include <kr5/robot/sensing.hpp>
 #include <kr5/sim/sensors.hpp>
@@ -74,14 +73,13 @@ struct CellRobot::State {
   cell::Cell cell;
   double cycle;
   double braking;
-  bool noise;
   IkSolver ik;
   DrivenArm arm;
   physics::EffectiveDrives believed_drives;
   robot::SensorModel believed;
   std::optional<WristSensor> sensor;
   Encoders encoders;
-  Random random;
+  CurrentSensors currents;
   double time = 0.0;
   robot::RobotReading told;
   robot::GripperCommand gripper;
@@ -113,13 +111,12 @@ CellRobot::State::State(const cell::Cell& real, const CellRobotOptions& options)
     : cell(commandable(real)),
       cycle(options.cycle.value_or(real.servo->cycle)),
       braking(options.braking),
-      noise(options.noise),
       ik(real),
       arm(real),
       believed_drives(nominal(real)),
       believed(cell::sensor_model(real)),
       encoders(arm.drives(), 0.0, options.noise ? real.noise.position : 0.0, of_encoders(options)),
-      random(options.seed),
+      currents(real, options.noise, options.seed),
       lead(*real.servo, cycle) {
   if (real.tool) sensor.emplace(real, wrist_options(options));
   stand(start_of(real, options));
@@ -262,9 +259,7 @@ robot::RobotReading CellRobot::State::read() {
   robot::SensorValues values;
   values.time = time;
   values.joints = robot::joint_vector(encoders.read(now.position));
-  VectorXd current = now.current;
-  for (Eigen::Index i = 0; noise && i < current.size(); ++i)
-    current[i] += random.normal(cell.noise.of("current", static_cast<int>(i)));
+  const VectorXd current = currents.read(now.current);
   values.currents = robot::joint_vector(current);
   if (current.size() > 0) values.efforts = robot::joint_vector(believed_drives.torques(current));
   if (sensor) values.sensor = sensor->read(now.wrench, time);

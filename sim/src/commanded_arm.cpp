@@ -36,6 +36,7 @@ CommandedArm::CommandedArm(const cell::Cell& real, const cell::Cell& believed, c
       arm_(real),
       sensor_(real, noisy_sensor(options)),
       encoders_(arm_.drives(), 0.0, options.noise ? real.noise.position : 0.0, options.seed * 2 + 2),
+      currents_(real, options.noise, options.seed),
       believed_(cell::sensor_model(believed)),
       wander_(options.repeatability),
       lead_(*real.servo, real.servo->cycle),
@@ -183,7 +184,7 @@ const robot::RobotReading& CommandedArm::read(bool gripped) {
   robot::SensorValues values;
   values.time = time_;
   values.joints = robot::joint_vector(encoders_.read(now.position));
-  values.currents = robot::joint_vector(now.current);
+  values.currents = robot::joint_vector(currents_.read(now.current));
   values.sensor = sensor_.read(late_wrench(), time_);
   values.status = {stopped_, reachable_, sensor_.saturated(), gripped};
   return told_ = robot::robot_reading(believed_, values);
@@ -195,6 +196,7 @@ CommandedArmState CommandedArm::state() const {
   out.arm = arm_.state();
   out.sensor = sensor_.state();
   out.encoders = encoders_.state();
+  out.currents = currents_.state();
   out.random = random_.state();
   out.wander = wander_.off();
   out.q = lead_.q();
@@ -222,6 +224,7 @@ void CommandedArm::restore(const CommandedArmState& state) {
   arm_.restore(state.arm);
   sensor_.restore(state.sensor);
   encoders_.restore(state.encoders);
+  currents_.restore(state.currents);
   random_.restore(state.random);
   wander_.restore(state.wander);
   lead_.start(state.q);

@@ -41,7 +41,7 @@ struct CommandedArmState {
   double time = 0.0;  ///< [s]
   DrivenArmState arm;
   WristSensorState sensor;
-  std::string encoders, random;
+  std::string encoders, currents, random;
   Vector6 wander = Vector6::Zero();                      ///< [m, rad]
   Eigen::VectorXd q, speed, command;                     ///< [rad or m, and per s]
   std::vector<Eigen::VectorXd> coming;                   ///< [rad or m]
@@ -59,6 +59,7 @@ struct CommandedArmState {
     visit("arm", self.arm, "Drives and links.");
     visit("sensor", self.sensor, "Force/torque sensor.");
     visit("encoders", self.encoders, "Random numbers of the encoders.");
+    visit("currents", self.currents, "Random numbers of the motor currents.");
     visit("random", self.random, "Random numbers of the arm.");
     visit("wander", self.wander, "Error of the tool's pose [m, rad].");
     visit("q", self.q, "Joint setpoints [rad or m].");
@@ -123,6 +124,7 @@ class CommandedArm {
   DrivenArm arm_;
   WristSensor sensor_;
   Encoders encoders_;
+  CurrentSensors currents_;
   robot::SensorModel believed_;
   ArmWander wander_;
   JointLead lead_;

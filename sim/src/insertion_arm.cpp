@@ -59,6 +59,7 @@ InsertionArm::InsertionArm(const cell::Cell& real, const InsertionSetup& setup)
       peg_(real, grip_of(real, setup, (real.tube->T_base_tube * physics::T_tube_actual(real)).inverse())),
       sensor_(real, sensor_of(setup)),
       encoders_(arm_.drives(), 0.0, setup.noise ? real.noise.position : 0.0, setup.seed * 2 + 2),
+      currents_(real, setup.noise, setup.seed),
       believed_(cell::sensor_model(real)),
       cycle_(real.servo->cycle),
       T_base_tube_(real.tube->T_base_tube),
@@ -211,7 +212,7 @@ robot::RobotReading InsertionArm::read() {
   robot::SensorValues values;
   values.time = time_;
   values.joints = robot::joint_vector(encoders_.read(reading_.position));
-  values.currents = robot::joint_vector(reading_.current);
+  values.currents = robot::joint_vector(currents_.read(reading_.current));
   values.sensor = sensor_.read(reading_.wrench, time_);
   values.status = {stopped_, reachable_, sensor_.saturated(), peg_.gripped()};
   told_ = robot::robot_reading(believed_, values);

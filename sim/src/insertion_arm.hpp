@@ -68,6 +68,7 @@ class InsertionArm : public robot::Robot {
   HeldPeg peg_;
   WristSensor sensor_;
   Encoders encoders_;
+  CurrentSensors currents_;
   robot::SensorModel believed_;
   std::vector<physics::PathCorrection> servo_;
   bool relative_ = false, reachable_ = true, stopped_ = false;

@@ -66,4 +66,11 @@ Eigen::VectorXd Encoders::read(const Eigen::VectorXd& position) {
   return back_ * angle;
 }
 
+Eigen::VectorXd CurrentSensors::read(const Eigen::VectorXd& current) {
+  Eigen::VectorXd out = current;
+  for (Eigen::Index i = 0; noisy_ && i < out.size(); ++i)
+    out[i] += random_.normal(noise_.of("current", static_cast<int>(i)));
+  return out;
+}
+
 }  // namespace kr5::sim

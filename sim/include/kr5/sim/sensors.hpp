@@ -91,4 +91,24 @@ class Encoders {
   Random random_;
 };
 
+/// What drives tell of the currents of their motors: with the noise of the cell, each motor its own.
+class CurrentSensors {
+ public:
+  /// @param noise None: currents are told as they are.
+  CurrentSensors(const cell::Cell& cell, bool noise, std::uint64_t seed = 1)
+      : noise_(cell.noise), noisy_(noise), random_(seed ^ own_numbers) {}
+  /// @param current Of each motor; empty: the cell has none [A].
+  Eigen::VectorXd read(const Eigen::VectorXd& current);
+  /// Of its random numbers.
+  std::string state() const { return random_.state(); }
+  void restore(const std::string& state) { random_.restore(state); }
+
+ private:
+  static constexpr std::uint64_t own_numbers = 0x63757272;  // none of those that another sensor of the seed draws
+
+  cell::Noise noise_;
+  bool noisy_;
+  Random random_;
+};
+
 }  // namespace kr5::sim
