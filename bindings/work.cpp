@@ -113,6 +113,9 @@ void bind_runner(py::module_& m) {
           "state", [](const JobRunner& self) { return self.state(); },
           "State of the job; InvalidArgument for one that does not run.")
       .def_property_readonly(
+          "reading", [](const JobRunner& self) { return self.reading(); },
+          "What the robot told in the last cycle of this program; InvalidArgument for a job that does not run.")
+      .def_property_readonly(
           "command", [](const JobRunner& self) { return self.command(); }, "Command of the last cycle.")
       .def(
           "step",
@@ -198,6 +201,9 @@ void bind_linked_jobs(py::module_& m) {
   linked
       .def("serve", &LinkedJob::serve, free_python(),
            "Looks, rows and a lost link since the last call, which must be a few milliseconds ago.")
+      .def_property_readonly(
+          "reading", [](const LinkedJob& self) { return self.reading(); },
+          "What the robot told in the last cycle that was served; InvalidArgument for a job that does not run.")
       .def("end", &LinkedJob::end, free_python(), "Ends both ends of the link; what there is then.")
       .def("cell_state", &LinkedJob::cell_state, free_python(), "The cell as it is now.")
       .def_property_readonly("written", &LinkedJob::written, "Number of the last record on the disk.")

@@ -242,6 +242,11 @@ TEST_CASE("a cell that is not as it is believed does not move") {
   bad.joints.conservativeResize(5);
   CHECK(fault_of(options, bad) == CellFault::Joints);
   bad = good;
+  bad.pose_mismatch = 0.05;
+  CHECK(fault_of(options, bad) == CellFault::Pose);
+  bad.pose_mismatch = std::nan("");
+  CHECK(fault_of(options, bad) == CellFault::Pose);
+  bad = good;
   bad.joints[2] = std::nan("");
   CHECK(fault_of(options, bad) == CellFault::Numbers);
   bad = good;

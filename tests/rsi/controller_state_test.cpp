@@ -186,10 +186,12 @@ TEST_CASE("a reading has its poses from the joints, or from the controller, or n
   robot::RobotReading r = robot_reading(s, model, 5.0);
   CHECK((r.time == 5.0 && r.joints == s.joints && !r.status.gripped));
   CHECK((r.T_base_flange.matrix() - model.arm.flange(s.joints).matrix()).norm() < 1e-12);
+  CHECK(r.pose_mismatch == Approx((r.T_base_tool.translation() - Eigen::Vector3d(1, 2, 3)).norm()));
   model.arm.joints.pop_back();  // another arm
   r = robot_reading(s, model, 5.0);
   CHECK((r.T_base_tool.matrix() - s.tool->matrix()).norm() < 1e-12);
   CHECK(r.T_base_flange.translation().z() == Approx(2.8));
+  CHECK(r.pose_mismatch == 0.0);
   s.tool.reset();
   CHECK(std::isnan(robot_reading(s, model, 5.0).T_base_tool(0, 0)));
   CHECK(std::isnan(robot_reading({}, {}, 5.0).T_base_tool(0, 0)));

@@ -187,9 +187,11 @@ TEST_CASE("the first command of a program is where the arm is measured") {
   work::place_over_bin(cell, options);
   job::Journal journal(new_journal("first"), "test");
   work::JobRunner runner(cell, options, journal);
-  const Eigen::Vector3d before = cell.read().T_base_tool.translation();
+  const robot::RobotReading before = cell.read();
   runner.step();
-  CHECK((runner.command().tool.translation() - before).norm() < 1e-12);
+  CHECK((runner.command().tool.translation() - before.T_base_tool.translation()).norm() < 1e-12);
+  CHECK(runner.reading().time == before.time);
+  CHECK(runner.reading().joints == before.joints);
 }
 
 TEST_CASE("a cell without camera, and options that do not fit, are refused with what is wrong") {

@@ -13,6 +13,7 @@ CellFault Supervisor::Machine::find_cell_fault(const robot::RobotReading& readin
     if ((q.array() < options.lowest_joints.array()).any() || (q.array() > options.highest_joints.array()).any())
       return CellFault::Joints;
   }
+  if (!(reading.pose_mismatch <= options.pose_mismatch)) return CellFault::Pose;
   const Eigen::Array3d p = reading.T_base_tool.translation().array();
   if ((p < options.stop.lowest.array()).any() || (p > options.stop.highest.array()).any()) return CellFault::Workspace;
   // A pellet that an interruption left in the mouth of the bore may lean on it.

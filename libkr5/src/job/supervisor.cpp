@@ -63,6 +63,7 @@ void JobOptions::validate() const {
   require(record_time > 0 && record_time <= 600, "record_time must lie between 0 and 600 s");
   require(check_time >= 0 && check_time <= 60, "check_time must lie between 0 and 60 s");
   require(check_force > 0 && std::isfinite(check_force), "check_force must be positive [N]");
+  require(pose_mismatch > 0 && std::isfinite(pose_mismatch), "pose_mismatch must be positive [m]");
   require(hole_moved > 0 && std::isfinite(hole_moved), "hole_moved must be positive [m]");
   require(lowest_joints.size() == highest_joints.size(), "highest_joints must have as many values as lowest_joints");
   require((lowest_joints.array() < highest_joints.array()).all(), "highest_joints must lie above lowest_joints");

@@ -199,7 +199,11 @@ robot::RobotReading robot_reading(const ControllerState& state, const robot::Sen
   values.status.stopped = state.program_state.value_or(program_active) != program_active;
   const bool same_arm =
       state.joints.size() > 0 && static_cast<std::size_t>(state.joints.size()) == model.arm.joints.size();
-  if (same_arm) return robot::robot_reading(model, values);
+  if (same_arm) {
+    robot::RobotReading out = robot::robot_reading(model, values);
+    if (state.tool) out.pose_mismatch = (state.tool->translation() - out.T_base_tool.translation()).norm();
+    return out;
+  }
   Pose T_base_tool = Pose::Identity();
   if (state.tool)
     T_base_tool = *state.tool;

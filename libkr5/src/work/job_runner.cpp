@@ -49,6 +49,11 @@ const job::JobState& JobRunner::state() const {
   return program_->cycle->state();
 }
 
+const robot::RobotReading& JobRunner::reading() const {
+  program_->require_cycle();
+  return program_->service.reading();
+}
+
 const force::InsertionState& JobRunner::insertion() const {
   program_->require_cycle();
   return program_->cycle->insertion();

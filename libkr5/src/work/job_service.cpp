@@ -6,6 +6,7 @@ namespace kr5::work {
 void JobService::serve(JobCycle& cycle) {
   cycle.take_rows([this](const CycleRow& row) {
     state_ = row.state;
+    reading_ = row.reading;
     if (!(row.reading.time > time_)) return;  // of a controller that has restarted, or is gone
     time_ = row.reading.time;
     rows_.add(row.reading, row.setpoint, row.gripper, row.state, row.attempt);

@@ -25,6 +25,8 @@ class JobService {
   void serve(JobCycle& cycle);
   /// State in the last cycle.
   const job::JobState& state() const noexcept { return state_; }
+  /// What the robot told in that cycle.
+  const robot::RobotReading& reading() const noexcept { return reading_; }
   const CellPerception& perception() const noexcept { return perception_; }
   /// What there is so far. @param cycle None where the job cannot go on; no other thread steps it or writes the
   /// journal.
@@ -35,6 +37,7 @@ class JobService {
   CellPerception perception_;
   JobRows rows_;
   job::JobState state_;
+  robot::RobotReading reading_;
   double time_ = -std::numeric_limits<double>::infinity();  ///< Of the last row [s].
 };
 

@@ -99,6 +99,11 @@ const job::JobState& LinkedJob::state() const {
   return program_->service.state();
 }
 
+const robot::RobotReading& LinkedJob::reading() const {
+  program_->require_cycle();
+  return program_->service.reading();
+}
+
 void LinkedJob::serve() { program_->serve(); }
 
 LinkedRun LinkedJob::run(const JobProgress& progress) {

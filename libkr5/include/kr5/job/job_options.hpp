@@ -67,6 +67,7 @@ struct JobOptions {
   double record_time = 2.0;        ///< [s]
   double check_time = 0.1;         ///< [s]
   double check_force = 10.0;       ///< [N]
+  double pose_mismatch = 0.02;     ///< [m]
   double hole_moved = 0.001;       ///< [m]
   Eigen::VectorXd lowest_joints;   ///< [rad or m]
   Eigen::VectorXd highest_joints;  ///< [rad or m]
@@ -91,6 +92,9 @@ struct JobOptions {
     visit("record_time", self.record_time, "Time given to a record to be on the disk [s].");
     visit("check_time", self.check_time, "Duration of the check of the cell [s].");
     visit("check_force", self.check_force, "Maximum force on the tool while the cell is checked [N].");
+    visit("pose_mismatch", self.pose_mismatch,
+          "Maximum distance of the tool as the robot tells it from where its joints put it; of an arm with calibrated "
+          "joints a few millimetres [m].");
     visit("hole_moved", self.hole_moved, "Correction of the tube's place from which it is looked for again [m].");
     visit("lowest_joints", self.lowest_joints, "Lower limits of the joints; empty: not checked [rad or m].");
     visit("highest_joints", self.highest_joints, "Upper limits of the joints; empty: not checked [rad or m].");

@@ -22,6 +22,7 @@ enum class CellFault {
   None,
   Numbers,    ///< A reading holds no finite numbers.
   Joints,     ///< Joints are outside their limits, as when degrees are taken for radians, or are not as many.
+  Pose,       ///< The robot tells another pose than its joints give: another arm, signs, zeros, tool or base.
   Workspace,  ///< The tool is outside the workspace.
   Loaded,     ///< Something pushes the tool.
   Grip,       ///< The gripper holds something, or nothing, otherwise than believed.
@@ -31,6 +32,7 @@ constexpr auto enum_names(CellFault) {
   return names<CellFault>({{None, "none"},
                            {Numbers, "numbers"},
                            {Joints, "joints"},
+                           {Pose, "pose"},
                            {Workspace, "workspace"},
                            {Loaded, "loaded"},
                            {Grip, "grip"}});

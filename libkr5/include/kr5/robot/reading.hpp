@@ -39,6 +39,7 @@ struct RobotReading {
   Vector6 sensor = Vector6::Zero();       ///< As the force/torque sensor tells it, in its own axes [N, N m].
   Vector6 wrench = Vector6::Zero();  ///< Of the environment on the tool, about the origin of E, axes of B, without the
                                      ///< tool's weight [N, N m].
+  double pose_mismatch = 0.0;        ///< Between the tool as the robot tells it and by its joints; 0: one is told [m].
   RobotStatus status;
 
   static void each_field(auto& self, auto&& visit) {
@@ -52,6 +53,8 @@ struct RobotReading {
     visit("wrench", self.wrench,
           "Wrench of the environment on the tool about the origin of E, in axes of B, without the tool's weight [N, N "
           "m].");
+    visit("pose_mismatch", self.pose_mismatch,
+          "Distance of the tool as the robot tells it from where its joints put it; 0: only one of them is told [m].");
     visit("status", self.status, "State of the robot.");
   }
 };

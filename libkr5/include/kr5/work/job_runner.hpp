@@ -72,6 +72,8 @@ class JobRunner {
   void step();
   bool finished() const noexcept;
   const job::JobState& state() const;
+  /// What the robot told in the last cycle of this program.
+  const robot::RobotReading& reading() const;
   /// Of the pellet in work.
   const force::InsertionState& insertion() const;
   const robot::RobotCommand& command() const noexcept;

@@ -34,6 +34,8 @@ class LinkedJob {
   bool finished() const noexcept;
   /// State in the last cycle that was served.
   const job::JobState& state() const;
+  /// What the robot told in the last cycle that was served.
+  const robot::RobotReading& reading() const;
 
   /// What has come up since the last call, which must be a few milliseconds ago: looks, rows, a lost link.
   /// @throws IoError when the controller has ended itself, saying why.
