@@ -53,6 +53,15 @@ LogProblem first_problem(const Logged& l) {
 
 }  // namespace
 
+TEST_CASE("rows need not come at the cycle of torque servos, which is that of their loop") {
+  Logged l = logged(7);
+  for (const double cycle : {1e-4, 0.002, 2.0}) {
+    l.arm.servo->cycle = cycle;
+    INFO("cycle of " << cycle << " s");
+    CHECK(problems_of(l).empty());
+  }
+}
+
 TEST_CASE("nothing speaks against commands that servos follow, weak, late and stiff ones") {
   const std::function<void(cell::Cell&)> changes[] = {
       [](cell::Cell&) {},

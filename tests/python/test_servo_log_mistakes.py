@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from kr5.logs import read_logs, read_motion_log
 
+import mujoco_servo_log
 import servo_log_files as files
 from arm_logs import QUICK, refused
 
@@ -115,6 +116,27 @@ def test_times_that_count_rows_are_asked_for(diagnose, motion, model, tmp_path):
     log = log_of(tmp_path, np.arange(len(motion.t)), cmd=motion.qc, pos=motion.q)
     refused(diagnose, log, "--model", model, *QUICK, text=("t counts rows", "--every SECONDS"))
     assert read_logs(log, model, every=0.02).recording.experiments
+
+
+def test_of_a_log_without_a_clock_the_interval_is_asked_for(diagnose, motion, model, tmp_path):
+    log = tmp_path / "log.csv"
+    head = ",".join(f"{stem}{k}" for stem in ("cmd", "pos") for k in (1, 2, 3))
+    np.savetxt(log, np.column_stack([motion.qc, motion.q]), delimiter=",", header=head, comments="")
+    refused(diagnose, log, "--model", model, *QUICK, text=("no column looks like time", "--every SECONDS"))
+    found = read_logs(log, model, every=1 / files.RATE)
+    assert max(float(e["t"][-1]) for e in found.recording.experiments) == pytest.approx(motion.t[-1], abs=0.02)
+
+
+def test_the_time_step_of_a_simulator_is_no_interval_of_a_log(diagnose, motion, tmp_path):
+    pytest.importorskip("mujoco", reason="pip install 'kr5[mujoco]'")
+    mujoco_servo_log.write_servo_log(tmp_path)
+    table = np.loadtxt(tmp_path / "log.csv", delimiter=",", skiprows=1)
+    head = "cmd_shoulder,cmd_elbow,position_shoulder,position_elbow"
+    np.savetxt(tmp_path / "bare.csv", table[:, 1:], delimiter=",", header=head, comments="")
+    model = tmp_path / "true.xml"
+    refused(diagnose, tmp_path / "bare.csv", "--model", model, *QUICK, text=("no column looks like time", "--every"))
+    found = read_logs(tmp_path / "bare.csv", model, every=0.02)
+    assert max(float(e["t"][-1]) for e in found.recording.experiments) == pytest.approx(table[-1, 0], abs=0.02)
 
 
 @pytest.mark.parametrize("unit", [1e3, 1e6, 1e9])

@@ -73,7 +73,7 @@ def _steadiness(stamps: np.ndarray) -> int:
 
 
 def _even_clock(log: Log, rows: int, cycle: float | None, given: dict[str, Any]) -> GuessedClock | None:
-    """Rows at the interval that the user states, or that of the cell's servo."""
+    """Rows at the interval that the user states, or else at that of the commands to the cell's drives."""
     step = given.get("every", cycle)
     unreadable = next((name for name in log.text_columns if is_time(name)), None)
     if step is None and unreadable is not None:
@@ -108,8 +108,8 @@ def require_clock(clock: GuessedClock | None, log: Log, words: EntryWords) -> Gu
         names = ", ".join(list(log.columns)[:12])
         raise kr5.FileError(
             log.file,
-            f"no column looks like time among {names}, and the model states no cycle; state the interval of"
-            " its rows with --every SECONDS",
+            f"no column looks like time among {names}, and the model states no interval of commands; state the"
+            " interval of its rows with --every SECONDS",
         )
     if not np.isfinite(clock.seconds).all() or (len(clock.seconds) > 1 and float(np.ptp(clock.seconds)) <= 0):
         raise kr5.FileError(

@@ -282,7 +282,8 @@ def _refuse_two_publishers(log: Log, positions: Family | None) -> None:
 
 
 def _cycle(cell: kr5.cell.Cell) -> float | None:
-    return cell.servo.cycle if cell.servo else None
+    """The interval of commands; none of torque servos, whose cycle is that of the loop that closes in the servo."""
+    return cell.servo.cycle if cell.servo and not cell.has_torque_servos else None
 
 
 def _add_joints(

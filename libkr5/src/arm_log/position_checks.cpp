@@ -213,7 +213,8 @@ std::vector<LogProblem> check_clock(const cell::Cell& cell, const cell::Experime
   const VectorXd t = experiment.data.column("t");
   const MatrixXd q = joint_columns(experiment, "qc", n);
   const double step = middle_of(t.tail(t.size() - 1) - t.head(t.size() - 1));
-  const double cycle = cell.servo ? cell.servo->cycle : 0.0;
+  // Commands to torque servos come at the rate of a log, not of the loop that closes in the servo.
+  const double cycle = cell.servo && !cell.has_torque_servos() ? cell.servo->cycle : 0.0;
   LogProblem out{.remedy = fitting_time_unit(step, cycle), .columns = {"t"}, .expected = cycle};
   const std::optional<double> speed = speed_over_limit(cell, t, q);
   const double moved = (q.colwise().maxCoeff() - q.colwise().minCoeff()).maxCoeff();
