@@ -95,21 +95,88 @@ def test_a_joint_that_never_moves_is_named(diagnose, motion, model, tmp_path):
     refused(diagnose, log, "--model", model, *QUICK, text=("q2 (shoulder_lift)", "was its motor on"))
 
 
-def test_a_motor_switched_off_midway_is_named_with_a_cut_that_is_read(motion, model, tmp_path):
+OFF = 777  # row from which on the motor of a joint is switched off
+
+
+@pytest.fixture(scope="module")
+def falling():
+    """A motion in which the motor of the shoulder is switched off midway."""
     stiff = files.servo_arm()
     servo = stiff.servo
     servo.torque = [type(s)(stiffness=200.0, damping=5.0) for s in servo.torque]
     stiff.servo = servo
-    m = files.moved(seed=12, cell=stiff)
-    off = 800
-    q, qc = m.q.copy(), m.qc.copy()
-    qc[off:, 1] = 0.9
-    q[off:, 1] = q[off, 1] - 1.2 * (1 - np.exp(-10 * (m.t[off:] - m.t[off])))
-    log = log_of(tmp_path, m.t, cmd=qc, pos=q)
-    error = problem(log, model)
+    out = files.moved(seed=12, cell=stiff)
+    out.qc[OFF:, 1] = 0.9
+    out.q[OFF:, 1] = out.q[OFF, 1] - 1.2 * (1 - np.exp(-10 * (out.t[OFF:] - out.t[OFF])))
+    return out
+
+
+def spans(recording):
+    """Duration of the experiments of each file or episode, in their order [s]."""
+    return [float(e["t"][-1]) for e in recording.experiments]
+
+
+def assert_cut(error, log, model, entry, **options):
+    """The remedy that is typed leaves out the rows without a motor, and no others."""
     assert "with its motor switched off" in str(error)
-    found = read_logs(log, model, settings=remedy_of(error))
-    assert max(float(e["t"][-1]) for e in found.recording.experiments) < m.t[off] + 0.5
+    (remedy,) = remedy_of(error)
+    key, _, end = remedy.partition("=")
+    assert key == entry
+    found, end = read_logs(log, model, settings=[remedy], **options), float(end)
+    assert (OFF - 1) / files.RATE <= end < OFF / files.RATE + 0.5
+    assert any(item.startswith("end") and proposal == f"{end:g} s" for item, proposal, _ in found.reasons)
+    return found.recording
+
+
+def test_a_motor_switched_off_midway_is_named_with_a_cut_that_is_read(falling, model, tmp_path):
+    log = log_of(tmp_path, falling.t, cmd=falling.qc, pos=falling.q)
+    cut = assert_cut(problem(log, model), log, model, "end")
+    assert {str(e.split) for e in cut.experiments} == {"fit", "check"}
+    assert max(spans(cut)) < OFF / files.RATE + 0.5
+
+
+def test_of_several_logs_the_one_without_a_motor_is_cut(motion, falling, model, tmp_path):
+    logs = []
+    for k, (m, begin) in enumerate([(motion, 40.0), (falling, 70.0), (motion, 100.0)]):  # by one clock
+        (tmp_path / f"{k}").mkdir()
+        log = log_of(tmp_path / f"{k}", begin + m.t, cmd=m.qc, pos=m.q)
+        logs.append(log.rename(log.with_name(f"run{k}.csv")))
+    cut = assert_cut(problem(logs, model), logs, model, "end.run1.csv")
+    whole = motion.t[-1] + 0.1
+    for end, begin, least, most in zip(
+        spans(cut), (40, 70, 100), (19, 15, 19), (whole, OFF / files.RATE + 0.5, whole), strict=True
+    ):
+        assert begin + least < end < begin + most
+
+
+def test_of_logs_of_one_name_the_one_that_is_cut_is_named_by_its_folder(motion, falling, model, tmp_path):
+    logs = []
+    for folder, m in (("a", motion), ("b", falling)):
+        (tmp_path / folder).mkdir()
+        logs.append(log_of(tmp_path / folder, m.t, cmd=m.qc, pos=m.q))
+    cut = assert_cut(problem(logs, model), logs, model, f"end.{logs[1]}")
+    assert spans(cut)[0] > 19 > OFF / files.RATE + 0.5 > spans(cut)[1]
+
+
+@pytest.mark.parametrize("chosen", ["1", "0-1"])
+def test_of_a_data_set_the_episode_without_a_motor_is_cut(chosen, motion, falling, model, tmp_path):
+    pytest.importorskip("pyarrow", reason="pip install 'kr5[parquet]'")
+    data_set = files.lerobot_3(tmp_path / "set", [motion, falling])
+    error = problem(data_set, model, episodes=chosen)
+    cut = assert_cut(error, data_set, model, "end" if chosen == "1" else "end.1", episodes=chosen)
+    assert spans(cut)[-1] < OFF / files.RATE + 0.5
+    assert chosen == "1" or spans(cut)[0] > 19
+
+
+def test_an_end_of_no_log_is_refused(motion, model, tmp_path):
+    log = log_of(tmp_path, motion.t, cmd=motion.qc, pos=motion.q)
+    for setting, text in (
+        ("end.other.csv=3", "names none of the logs: log.csv"),
+        ("end=-1", "expected the seconds from the beginning of the log"),
+        ("end=soon", "expected the seconds from the beginning of the log"),
+    ):
+        with pytest.raises(kr5.InvalidArgument, match=text):
+            read_logs(log, model, settings=[setting])
 
 
 def test_times_that_count_rows_are_asked_for(diagnose, motion, model, tmp_path):

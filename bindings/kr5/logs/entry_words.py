@@ -16,10 +16,12 @@ class EntryWords:
         entries = ", ".join(f"{name}: {_text(value)}" for name, value in values.items())
         return f"{entries} in {key}" if "." in key else f"{key}: {{{entries}}} in the map"
 
-    def experiments(self, entries: list[dict[str, object]]) -> str:
-        """Experiments in place of those of the map."""
-        text = ", ".join("{" + ", ".join(f"{k}: {_text(v)}" for k, v in entry.items()) + "}" for entry in entries)
-        return f"--set {shlex.quote(f'experiments=[{text}]')}" if self.by_option else f"experiments: [{text}]"
+    def end(self, seconds: float, log: str, experiment: str) -> str:
+        """The end of a log, or of an experiment of a map. `log`: which of several, as an option names it."""
+        if not self.by_option:
+            return f"to: {_text(seconds)} in the experiment '{experiment}'"
+        key = f"end.{log}" if log else "end"
+        return f"--set {shlex.quote(f'{key}={_text(seconds)}')}"
 
     def interval(self, every: object) -> str:
         """The interval of even rows [s], as a map or a command takes it."""

@@ -1,7 +1,8 @@
-"""Which recordings of data sets are read: `--episodes 3,7-12`."""
+"""Which recordings of data sets are read (`--episodes 3,7-12`), and how options name logs and episodes."""
 
+import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -25,6 +26,11 @@ class LogSource:
     @property
     def name(self) -> str:
         return self.file.name if self.episode is None else f"{self.file.name} episode {self.episode}"
+
+    @property
+    def path(self) -> str:
+        """The name with the folders of the file."""
+        return str(self.file.absolute().with_name(self.name))
 
 
 def parse_episodes(text: str) -> list[int]:
@@ -77,10 +83,35 @@ def kept_to_check(sources: Sequence[LogSource], text: str) -> list[bool]:
     return out
 
 
+def stated_ends(sources: Sequence[LogSource], ends: Mapping[str, float]) -> list[float]:
+    """Up to which time each log or episode is used [s]. `ends`: times by what names logs; by "" that of all."""
+    if unknown := [word for word in ends if word and not any(_names(word, source) for source in sources)]:
+        shown = ", ".join(source.name for source in sources[:12])
+        raise kr5.InvalidArgument(
+            f"--set end.{unknown[0]}: names none of the logs: {shown}; name a file, or the number of an episode, such"
+            f" as end.{short_name(sources[0], sources) or sources[0].file.name}={ends[unknown[0]]:g}"
+        )
+    return [
+        min((end for word, end in ends.items() if not word or _names(word, source)), default=math.inf)
+        for source in sources
+    ]
+
+
+def short_name(source: LogSource, sources: Sequence[LogSource]) -> str:
+    """The shortest words that name one log or episode among others; none where there are no others."""
+    if len(set(sources)) < 2:
+        return ""
+    words = [] if source.episode is None else [str(source.episode)]
+    words += [source.file.name] if source.episode is None else [source.name]
+    alone = [word for word in words if sum(_names(word, other) for other in set(sources)) == 1]
+    return alone[0] if alone else source.path
+
+
 def _names(word: str, source: LogSource) -> bool:
     if source.episode is not None and PART.fullmatch(word):
         return source.episode in parse_episodes(word)
-    return word.rstrip("/") in (source.file.name, source.file.stem, str(source.file))
+    names = (source.file.name, source.file.stem, str(source.file), source.name, source.path)
+    return word.rstrip("/") in names
 
 
 def _chosen(file: Path, known: list[int], wanted: list[int]) -> list[int]:

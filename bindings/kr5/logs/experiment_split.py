@@ -27,6 +27,7 @@ class RawPart:
     settle: float = 0.0  # [s]
     max_gap: float | None = None  # [s] between rows, where the user states it
     kept_to_check: bool = False  # as the user states it
+    end: float = np.inf  # [s] from which on rows are left out, as the user states it
 
 
 Entry = tuple[int, dict[str, Any]]  # number of a part, experiment of a map
@@ -51,8 +52,9 @@ def _split_motions(own: list[int], parts: list[RawPart], reasons: list[list[str]
         entry: dict[str, Any] = {}
         if np.isfinite(span.begin):
             entry["from"] = span.begin
-        if np.isfinite(span.end):
-            entry["to"] = span.end
+        end = min(span.end, parts[own[span.log]].end)
+        if np.isfinite(end):
+            entry["to"] = end
         entry["split"] = str(span.split)
         if span.lead_in > 0:
             entry["lead_in"] = span.lead_in
@@ -69,11 +71,12 @@ def _split_motions(own: list[int], parts: list[RawPart], reasons: list[list[str]
 
 
 def _motion_of(part: RawPart) -> arm_log.LoggedMotion:
-    out = arm_log.LoggedMotion(t=part.t, commanded=part.commanded, stepwise=part.stepwise, settle=part.settle)
+    used = part.t < part.end
+    out = arm_log.LoggedMotion(t=part.t[used], commanded=part.commanded, stepwise=part.stepwise, settle=part.settle)
     if part.q is not None:
-        out.q = part.q
+        out.q = part.q[used]
     if part.commands is not None:
-        out.command = part.commands
+        out.command = part.commands[used]
     out.kept_to_check = part.kept_to_check
     if part.max_gap is not None:
         out.max_gap = part.max_gap

@@ -13,9 +13,9 @@ import kr5.cell
 import kr5.io
 from kr5 import arm_log
 from kr5.logs.column_list import names_in_order
-from kr5.logs.episodes import log_sources
+from kr5.logs.episodes import LogSource, log_sources, short_name
 from kr5.logs.log import Log
-from kr5.logs.log_checks import LogProblem, check_loads, check_positions, merged_problems
+from kr5.logs.log_checks import LogProblem, Origin, check_loads, check_positions, merged_problems
 from kr5.logs.log_file import read_log
 from kr5.logs.log_time import LogTimes, inside_span, is_measured, is_timed
 from kr5.logs.map_file import Clock, Experiment, Map, Source, Tool, column_family, load_map
@@ -44,22 +44,33 @@ class Importer:
         ] = {}  # by log and first column, all parts alike
         self.readings: Readings = {}  # of loads, before long experiments were thinned
 
-    def log(self, name: str | None, episode: int | None = None) -> Log:
+    def log_file(self, name: str | None) -> Path:
         beside = self.default if self.default and self.map.words.by_option else self.map.file
         file = beside.parent / name if name else self.default
         if file is None:
             raise kr5.IoError(
                 f"{self.map.shown}: an experiment names no log; expected log: FILE, or a log beside --map"
             )
-        key = (file, episode)
+        return file
+
+    def log(self, name: str | None, episode: int | None = None) -> Log:
+        key = (self.log_file(name), episode)
         if key not in self.logs:
-            self.logs[key] = read_log(file, self.map.header, self.map.words, episode=episode)
+            self.logs[key] = read_log(key[0], self.map.header, self.map.words, episode=episode)
             for note in self.logs[key].notes:
                 self.note(note)
         return self.logs[key]
 
     def log_of(self, experiment: Experiment) -> Log:
         return self.log(experiment.entry.log, experiment.entry.episode)
+
+    def origins(self) -> list[Origin]:
+        """Where each experiment comes from."""
+        logs = [LogSource(self.log_file(e.entry.log), e.entry.episode) for e in self.map.experiments]
+        return [
+            Origin(e.sources, short_name(log, logs), self.time.shift(self.log_of(e), e))
+            for e, log in zip(self.map.experiments, logs)
+        ]
 
     def where(self, experiment: Experiment) -> str:
         return f"{self.map.shown}: experiment '{experiment.entry.name}'"
@@ -426,11 +437,11 @@ def import_recording(
     experiments = [importer.experiment(e) for e in importer.map.experiments]
     recording = kr5.cell.Recording(importer.cell, experiments)
     words = importer.map.words
-    sources = [entry.sources for entry in importer.map.experiments]
-    found = [d for e, s in zip(experiments, sources) for d in check_positions(recording.cell, e, words, s)]
+    origins = importer.origins()
+    found = [d for e, o in zip(experiments, origins) for d in check_positions(recording.cell, e, words, o)]
     if complete is not None and not found:
         complete(recording, importer.readings)
-    found = found or [d for e, s in zip(experiments, sources) for d in check_loads(recording.cell, e, words, s)]
+    found = found or [d for e, o in zip(experiments, origins) for d in check_loads(recording.cell, e, words, o)]
     return recording, importer.notes, merged_problems(found or _data_problems(recording, importer))
 
 

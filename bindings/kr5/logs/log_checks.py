@@ -1,6 +1,7 @@
 """What speaks against a map: numbers that make sense in another unit, on the other side of the gears, or in other
 columns, with the entries of the map that correct it. What is wrong is found by kr5.arm_log."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -12,11 +13,11 @@ import kr5.cell
 from kr5 import arm_log
 from kr5.arm_log import LogProblemKind, LogRemedy
 from kr5.logs.entry_words import EntryWords
-from kr5.logs.experiment_split import FIT_SHARE
 from kr5.logs.joint_columns import range_text
 from kr5.logs.map_file import Source, Tool, column_family
 from kr5.logs.values import column_unit, of_motors
 
+TIME_STEP = 0.01  # of the end of a log, as it is told [s]
 THOUSANDTHS = {"A": "mA", "N": "mN", "N m": "N mm"}
 
 
@@ -46,26 +47,33 @@ def merged_problems(problems: list[LogProblem]) -> list[LogProblem]:
     return list(out.values())
 
 
+@dataclass(frozen=True)
+class Origin:
+    """Where an experiment comes from."""
+
+    sources: Mapping[str, Source | Tool]  # what the map says of its columns
+    log: str = ""  # which of several logs and episodes, as an option names it
+    shift: float = 0.0  # of its times against those of its log [s]
+
+
 def check_positions(
-    cell: kr5.cell.Cell, experiment: kr5.cell.Experiment, words: EntryWords, sources: Mapping[str, Source | Tool]
+    cell: kr5.cell.Cell, experiment: kr5.cell.Experiment, words: EntryWords, origin: Origin
 ) -> list[LogProblem]:
     """What speaks against the positions, the clock and the tool poses of an experiment; `words`: how a remedy names
-    entries of its map; `sources`: what the map says of its columns."""
-    return [_told(p, cell, words, sources) for p in arm_log.check_positions(cell, experiment)]
+    entries of its map."""
+    return [_told(p, cell, words, origin) for p in arm_log.check_positions(cell, experiment)]
 
 
 def check_loads(
-    cell: kr5.cell.Cell, experiment: kr5.cell.Experiment, words: EntryWords, sources: Mapping[str, Source | Tool]
+    cell: kr5.cell.Cell, experiment: kr5.cell.Experiment, words: EntryWords, origin: Origin
 ) -> list[LogProblem]:
     """What speaks against the currents, torques and wrenches of a motion, whose positions are right."""
-    return [_told(p, cell, words, sources) for p in arm_log.check_loads(cell, experiment)]
+    return [_told(p, cell, words, origin) for p in arm_log.check_loads(cell, experiment)]
 
 
-def _told(
-    problem: arm_log.LogProblem, cell: kr5.cell.Cell, words: EntryWords, sources: Mapping[str, Source | Tool]
-) -> LogProblem:
+def _told(problem: arm_log.LogProblem, cell: kr5.cell.Cell, words: EntryWords, origin: Origin) -> LogProblem:
     """A problem in words, with the entries that correct it."""
-    entries = _entries(problem, cell, words, sources)
+    entries = _entries(problem, cell, words, origin)
     remedy = "" if problem.remedy in LENGTHS else problem.remedy_text(cell)  # which the entry says by itself
     return LogProblem(
         problem.experiment,
@@ -107,12 +115,10 @@ LENGTHS = {LogRemedy.PositionMetre: "m", LogRemedy.PositionCentimetre: "cm", Log
 CLOCKS = {LogRemedy.Milliseconds: "ms", LogRemedy.Microseconds: "us", LogRemedy.Nanoseconds: "ns"}
 
 
-def _entries(
-    problem: arm_log.LogProblem, cell: kr5.cell.Cell, words: EntryWords, sources: Mapping[str, Source | Tool]
-) -> str:
+def _entries(problem: arm_log.LogProblem, cell: kr5.cell.Cell, words: EntryWords, origin: Origin) -> str:
     """The entries of the map that a remedy asks for, or the key that it speaks of; none where it asks for no single
     one."""
-    columns = list(problem.columns)
+    columns, sources = list(problem.columns), origin.sources
     key, remedy = f"columns.{column_family(columns[0])}", problem.remedy
     if remedy in UNITS:
         return words.put(key, **UNITS[remedy])
@@ -135,7 +141,7 @@ def _entries(
     if remedy == LogRemedy.ScaleCommands:
         return _scaling_entries(cell, problem, key, words, sources)
     if remedy == LogRemedy.CutLog:
-        return words.experiments(_cut_experiments(float(f"{problem.found:.4g}")))
+        return words.end(_before(problem.found - origin.shift), origin.log, problem.experiment)
     if remedy == LogRemedy.Rearrange:
         wanted = {"from": "[...]"}
         return ", ".join(words.put(f"columns.{family}", **wanted) for family in columns)
@@ -146,13 +152,9 @@ def _entries(
     return key if problem.kind in (LogProblemKind.BeyondLimits, LogProblemKind.UnknownFactor) else ""
 
 
-def _cut_experiments(end: float) -> list[dict[str, object]]:
-    """A log up to a time [s], simulated from its beginning: whether the arm rests in between is not known."""
-    cut = float(f"{FIT_SHARE * end:.4g}")
-    return [
-        {"name": "motion-1", "kind": "motion", "to": cut, "split": "fit"},
-        {"name": "motion-2", "kind": "motion", "to": end, "split": "check", "lead_in": cut},
-    ]
+def _before(time: float) -> float:
+    """A time of few digits [s] that is not later."""
+    return math.floor(time / TIME_STEP) * TIME_STEP
 
 
 def _scaling_entries(

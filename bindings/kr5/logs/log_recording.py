@@ -15,7 +15,14 @@ import kr5.cell
 from kr5 import arm_log
 from kr5.logs.importer import Readings, import_recording
 from kr5.logs.map_guess import guess_map
-from kr5.logs.overrides import GivenEntries, Override, apply_overrides, given_entries, parse_overrides
+from kr5.logs.overrides import (
+    GivenEntries,
+    Override,
+    apply_overrides,
+    given_entries,
+    of_guessed_map,
+    parse_overrides,
+)
 
 
 @dataclass
@@ -56,7 +63,7 @@ def record_logs(logs: Sequence[Path], cell: kr5.cell.Cell, options: LogOptions, 
         cell_file, map_file = Path(folder) / "cell.yaml", Path(folder) / "map.yaml"
         kr5.cell.save_cell(cell, cell_file)
         guessed = guess_map(logs, cell, cell_file, given=_given(options, of_map))
-        apply_overrides(guessed.entry, of_map)
+        apply_overrides(guessed.entry, of_guessed_map(of_map))
         map_file.write_text(yaml.safe_dump(guessed.entry, sort_keys=False))
         completed: list[str] = []
 

@@ -15,7 +15,7 @@ import kr5.cell
 from kr5 import arm_log
 from kr5.logs.clock_guess import GuessedClock, guess_clock, require_clock
 from kr5.logs.column_names import Family, FoundFamilies, is_quantity, spoken_joints
-from kr5.logs.episodes import LogSource, kept_to_check, log_sources
+from kr5.logs.episodes import LogSource, kept_to_check, log_sources, stated_ends
 from kr5.logs.experiment_split import RawPart, split_parts
 from kr5.logs.joint_columns import FARTHEST, joint_entry, joint_values, range_text
 from kr5.logs.joint_streams import in_time, values_at
@@ -87,8 +87,11 @@ def guess_map(
             of_parts.append(source)
     if not parts:
         raise kr5.InvalidArgument("no log: expected at least one")
-    for (raw, _, _), kept in zip(parts, kept_to_check(of_parts, given.check)):
-        raw.kept_to_check = kept
+    for (raw, _, _), kept, end in zip(
+        parts, kept_to_check(of_parts, given.check), stated_ends(of_parts, given.ends), strict=True
+    ):
+        raw.kept_to_check, raw.end = kept, end
+        _report_end(raw, out)
     entries = split_parts([raw for raw, _, _ in parts], out.reasons)
     episodes = [{} if s.episode is None else {"episode": s.episode} for s in of_parts]
     if len(parts) == 1:
@@ -106,6 +109,20 @@ def guess_map(
             for index, entry in entries
         ]
     return out
+
+
+def _report_end(raw: RawPart, out: GuessedMap) -> None:
+    """Says that a log is used up to a time, which some of its rows must be before."""
+    if not np.isfinite(raw.end):
+        return
+    if raw.q is None:
+        raise kr5.InvalidArgument(f"--set end: {raw.name} is of kind {raw.kind}, which has no end; leave it out")
+    if not (raw.t < raw.end).any():
+        raise kr5.InvalidArgument(
+            f"--set end: found {raw.end:g} s, before the first row of {raw.name}; it goes from {raw.t[0]:.4g} to"
+            f" {raw.t[-1]:.4g} s"
+        )
+    out.because(raw.name, "end", f"{raw.end:g} s", "as stated")
 
 
 def _own_entries(part: tuple[RawPart, dict[str, Any], GuessedClock | None]) -> dict[str, Any]:

@@ -1,4 +1,5 @@
-"""`--set KEY=VALUE`: single entries of a guessed map, or of the model's cell, in place of what was found."""
+"""`--set KEY=VALUE`: single entries of a guessed map, or of the model's cell, in place of what was found, and the ends
+of logs (`end=SECONDS`, `end.LOG=SECONDS`), before which a map is guessed."""
 
 from dataclasses import dataclass, field
 from typing import Any
@@ -9,6 +10,7 @@ import kr5
 from kr5.logs.entry_words import IN_MAP, EntryWords
 
 CELL = "cell."
+END = "end"
 Override = tuple[list[str], Any]  # path of keys, value
 
 
@@ -22,6 +24,7 @@ class GivenEntries:
     words: EntryWords = IN_MAP  # by which errors say how to state more of them
     episodes: str = ""  # of data sets, such as 3,7-12; without, some of them
     check: str = ""  # of several logs or episodes, those that are kept to judge
+    ends: dict[str, float] = field(default_factory=dict)  # by log or episode ("": each): rows from there are left out
 
 
 def parse_overrides(texts: list[str]) -> tuple[list[Override], list[Override]]:
@@ -47,13 +50,33 @@ def given_entries(overrides: list[Override]) -> GivenEntries:
     """The entries of columns and clock, given with --set; what has another form is left to the reader of maps, which
     refuses it."""
     data: dict[str, Any] = {}
-    apply_overrides(data, overrides)
+    apply_overrides(data, of_guessed_map(overrides))
     columns, clock = data.get("columns"), data.get("clock")
     out = GivenEntries(clock=clock if isinstance(clock, dict) else {}, words=EntryWords(by_option=True))
     if isinstance(header := data.get("header"), list):
         out.header = [str(name) for name in header]
     for name, entry in columns.items() if isinstance(columns, dict) else ():
         out.columns[name] = entry if isinstance(entry, dict) else {"from": entry}
+    out.ends = _ends(overrides)
+    return out
+
+
+def of_guessed_map(overrides: list[Override]) -> list[Override]:
+    """Those that are entries of the map, in which ends of logs have become spans of experiments."""
+    return [(path, value) for path, value in overrides if path[0] != END]
+
+
+def _ends(overrides: list[Override]) -> dict[str, float]:
+    out: dict[str, float] = {}
+    for path, value in overrides:
+        if path[0] != END:
+            continue
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not value > 0:
+            raise kr5.InvalidArgument(
+                f"--set {'.'.join(path)}: found {value!r:.40}, expected the seconds from the beginning of the log up to"
+                " which it is used, such as end=12.5"
+            )
+        out[".".join(path[1:])] = float(value)
     return out
 
 

@@ -48,7 +48,8 @@ SetOption = Annotated[
         metavar="KEY=VALUE",
         help=(
             "Entry of the map of the logs in place of the one found, e.g. columns.tau.scale=-1, or of the model's cell,"
-            " e.g. cell.drives.structure=[[...]]. May be given several times."
+            " e.g. cell.drives.structure=[[...]]; end=SECONDS, end.LOG=SECONDS: use a log up to there. May be given"
+            " several times."
         ),
     ),
 ]
