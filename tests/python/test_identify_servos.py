@@ -11,7 +11,10 @@ from kr5.models.reading import read_model
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed: pip install 'kr5[mujoco]'")
 
+from kr5.models.mujoco_check import MujocoCheck
+
 import mujoco_servo_log
+from kr5_tools.gap_report.mujoco_sentences import check_sentences
 
 
 @pytest.fixture(scope="module")
@@ -22,7 +25,7 @@ def folder(tmp_path_factory):
     return out
 
 
-def test_servos_are_found_from_gains_of_another_scale(folder, run_kr5):
+def test_servos_are_found_from_gains_of_another_scale(folder, run_kr5, tmp_path):
     files = (folder / "servos.json", folder / "tuned.xml")
     words = ("identify", "servos", folder / "log.csv", "--model", folder / "model.xml")
     done = run_kr5(*words, "-o", files[0], "--write-model", files[1])
@@ -37,7 +40,15 @@ def test_servos_are_found_from_gains_of_another_scale(folder, run_kr5):
         assert values["coulomb_friction", joint]["value"][0] == pytest.approx(mujoco_servo_log.TRUE["dry"], rel=0.3)
     for column in data["result"]["columns"]:
         assert column["check_after"] < 2 * column["noise"] < column["check_before"]
+    check = MujocoCheck.from_dict(data["mujoco"])
+    assert " ".join(check_sentences(check)) in done.stdout
+    left = [check.pooled(errors) for errors in (check.after, check.as_found, check.before)]
+    assert check.checked and left == sorted(left)
+    assert check.unstable == ["before"] and "MuJoCo loses the model as it was read" in done.stdout  # 900 N m/rad, 5 ms
+    assert not (tmp_path / "MUJOCO_LOG.TXT").exists()
     tuned = read_model(files[1]).cell
+    dry = [values["coulomb_friction", joint]["value"][0] for joint in ("joint1", "joint2")]
+    assert tuned.drives.friction.coulomb == pytest.approx(check.friction.scale * np.array(dry), rel=1e-6)
     found = values["servo_stiffness", "joint1"]["value"][0]
     assert tuned.servo.torque_of(0).stiffness == pytest.approx(found, rel=1e-6)
 

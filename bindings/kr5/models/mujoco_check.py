@@ -41,6 +41,7 @@ class MujocoCheck:
     as_found: list[float] = field(default_factory=list)  # MuJoCo with dry friction as found, where other is written
     friction: DryFriction = AS_FOUND  # that is written
     seconds: float = 0.0  # of computing
+    unstable: list[str] = field(default_factory=list)  # of "before", "after": whose motion grows beyond all bounds
 
     def to_dict(self) -> dict[str, Any]:
         return {**self.__dict__, "friction": dict(self.friction.__dict__)}
@@ -126,19 +127,22 @@ def check_in_mujoco(
     first = MujocoArm(before, base, tip)
     fit = _beginnings(fit, MOST_FIT_STEPS * arm.step)
     friction = _best_friction(arm, fit, progress) if arm.rubs and fit else AS_FOUND
+    arm.unstable = False  # with other friction does not count
     found = _errors(arm, check, [friction, AS_FOUND])
+    before_errors = _rms([first.positions(x.nominal)[0] - x.measured for x in check])
     progress(1.0)
     return MujocoCheck(
         arm.names,
         arm.slides,
         sum(int(np.isfinite(x.measured).all(axis=1).sum()) for x in check),
         checked,
-        _rms([first.positions(x.nominal)[0] - x.measured for x in check]),
+        before_errors,
         _rms([x.own - x.measured for x in check]),
         found[0],
         found[1] if friction != AS_FOUND else [],
         friction,
         time.monotonic() - start,
+        [name for name, moved in (("before", first), ("after", arm)) if moved.unstable],
     )
 
 

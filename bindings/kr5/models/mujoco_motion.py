@@ -1,10 +1,12 @@
 """Motions of an arm in MuJoCo, under the commands of a log."""
 
+import contextlib
 import copy
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -48,6 +50,17 @@ def _integral(t: np.ndarray, values: np.ndarray, straight: bool, at: np.ndarray)
     return np.asarray(sums[row] + values[row] * s + 0.5 * np.where(s > 0.0, slope[row], 0.0) * s**2)
 
 
+@contextlib.contextmanager
+def _heard(mujoco: ModuleType) -> Iterator[list[str]]:
+    """Warnings of MuJoCo, which it prints and writes to a file of the current folder otherwise."""
+    before, out = mujoco.get_mju_user_warning(), list[str]()
+    mujoco.set_mju_user_warning(out.append)
+    try:
+        yield out
+    finally:
+        mujoco.set_mju_user_warning(before)
+
+
 class MujocoArm:
     """The arm of an MJCF whose joints have position servos. Other joints are held by servos of theirs, where they have
     some, as the model begins."""
@@ -64,6 +77,7 @@ class MujocoArm:
         self.qpos = [int(arm.model.jnt_qposadr[joint]) for joint in arm.joints]
         self.dofs = [int(arm.model.jnt_dofadr[joint]) for joint in arm.joints]
         self.slides = [arm.slides(joint) for joint in arm.joints]
+        self.unstable = False  # whether MuJoCo has warned that a motion grows beyond all bounds
 
     def _servo(self, file: Path, joint: int) -> Actuator:
         servo = position_servo(self.model, joint)
@@ -93,7 +107,9 @@ class MujocoArm:
         visited = [np.repeat(motion.start[None, None, :], len(models), axis=0)]
         for first in range(0, steps, MOST_STEPS):
             part = control[None, first : first + MOST_STEPS]
-            states, _ = self.roll(models, data, state, np.ascontiguousarray(part))
+            with _heard(self.mujoco) as warnings:
+                states, _ = self.roll(models, data, state, np.ascontiguousarray(part))
+            self.unstable |= bool(warnings)
             state = np.ascontiguousarray(states[:, -1])
             visited.append(states[:, :, 1 + np.array(self.qpos)].copy())  # behind the time
         q = np.concatenate(visited, axis=1)

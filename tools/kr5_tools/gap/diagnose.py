@@ -1,7 +1,6 @@
 """`kr5 gap diagnose`: why simulation and cell disagree."""
 
 import json
-import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -16,7 +15,7 @@ from kr5.logs.compared_source import ComparedSource, SourceOptions, input_files
 from kr5.models.mujoco_check import MujocoCheck
 from kr5.models.writing import WrittenModel
 
-from kr5_tools.cli import arguments, tables, terminal
+from kr5_tools.cli import arguments, terminal
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.table_options import CheckOption, ColumnsOption, EpisodesOption
 from kr5_tools.cli.terminal import Console
@@ -32,6 +31,7 @@ from kr5_tools.gap.source import (
     read_source,
 )
 from kr5_tools.gap.terminal_report import print_diagnosis
+from kr5_tools.gap.written_model import confirmed_in_mujoco, print_left_out
 from kr5_tools.gap_report.diagnosis_file import DiagnosisFile, diagnosis_of
 
 Report = Annotated[
@@ -115,7 +115,7 @@ def diagnose(
     written, confirmed = None, None
     try:
         written = outputs.write_models(found.cell, compared, reading)
-        confirmed = outputs.confirm(written, found.cell, compared, reading)
+        confirmed = confirmed_in_mujoco(written, found.cell, compared, reading)
     finally:  # what was found is kept, even if a model cannot be written
         diagnosis = outputs.write_results(found, compared, confirmed)
     print_diagnosis(found, compared, to, everything, confirmed)
@@ -183,25 +183,6 @@ class DiagnoseOutputs:
         arm = (original.file, reading.base, reading.tip) if original else (None, "", "")
         return write_model(cell, self.model, *arm)
 
-    def confirm(
-        self, written: WrittenModel | None, tuned: kr5.cell.Cell, compared: ComparedSource, reading: SourceOptions
-    ) -> MujocoCheck | None:
-        """What MuJoCo says of the model that was written, where that is an MJCF with servos; a caution where it cannot
-        say anything."""
-        from kr5.models.kinds import Kind
-        from kr5.models.mujoco_check import confirm_written, has_commanded_motions
-
-        if written is None or written.kind != Kind.MJCF or not has_commanded_motions(compared.recording):
-            return None
-        original = self._original(compared)
-        file, base, tip = (original.file, reading.base, reading.tip) if original else (None, "", "")
-        try:
-            with terminal.share_bar("Moving the model in MuJoCo") as progress:
-                return confirm_written(written, compared.recording, tuned, file, base, tip, progress)
-        except kr5.IoError as error:
-            warnings.warn(f"MuJoCo has not confirmed the model: {error}", kr5.Caution, stacklevel=2)
-            return None
-
     def write_report(self, diagnosis: DiagnosisFile, compared: ComparedSource, to: Console) -> None:
         if not self.report:
             return
@@ -227,11 +208,7 @@ def print_model(written: WrittenModel, tuned: kr5.cell.Cell | None, recording: k
     else:
         what = f"model with the causes in it{'' if written.losses else _reduction_text(recording, tuned)}"
     to.print(f"\n{written.file}: {what}.", soft_wrap=True, markup=False)
-    if written.losses:
-        rows = [list(row) for row in dict.fromkeys((x.effect, x.target, x.reason) for x in written.losses)]
-        to.print(tables.make_table("Not in the model", ["effect", "target", "reason"], rows, text=(1, 2)))
-    for note in written.notes:
-        to.print(f"Note: {note}.", soft_wrap=True, markup=False)
+    print_left_out(written, to)
 
 
 def _reduction_text(recording: kr5.cell.Recording, tuned: kr5.cell.Cell) -> str:

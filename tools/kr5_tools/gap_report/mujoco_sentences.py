@@ -5,6 +5,11 @@ from kr5.models.mujoco_check import AGREES, MujocoCheck
 
 UNITS = ((False, 1e3, "mrad"), (True, 1e3, "mm"))  # of joints that turn, and of those that slide
 
+UNSTABLE = {
+    "before": "At its time step, MuJoCo loses the model as it was read, whose servos are too stiff for it.",
+    "after": "At its time step, MuJoCo loses the written model: choose a shorter one, or another integrator.",
+}
+
 
 def check_sentences(check: MujocoCheck) -> list[str]:
     """First the errors beside those of kr5 and those before, then how far both simulations disagree, and why."""
@@ -16,7 +21,7 @@ def check_sentences(check: MujocoCheck) -> list[str]:
     ]
     where = "on the rows to check" if check.checked else "on the rows that were fitted, for none are kept to check"
     out = [f"MuJoCo with the written model: {'; '.join(parts)} {where} (RMS of the positions)."]
-    return [*out, *_friction_sentences(check), *_disagreement(check)]
+    return [*out, *(UNSTABLE[name] for name in check.unstable), *_friction_sentences(check), *_disagreement(check)]
 
 
 def _friction_sentences(check: MujocoCheck) -> list[str]:

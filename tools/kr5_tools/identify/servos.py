@@ -28,6 +28,8 @@ from kr5_tools.gap.source import (
     print_source,
     read_source,
 )
+from kr5_tools.gap.written_model import confirmed_in_mujoco, print_left_out
+from kr5_tools.gap_report.mujoco_sentences import check_sentences
 
 app = typer.Typer()
 OVERFIT = 1.5  # held-out error over fitted error that is a reason for a warning
@@ -56,7 +58,8 @@ def servos(
             "--write-model",
             metavar="MODEL",
             help="Model with the values found, in the format of its ending: .urdf, .xml (MJCF) or .sdf; where this is"
-            " the format of --model, a copy of that file in which only what differs is changed.",
+            " the format of --model, a copy of that file in which only what differs is changed. An MJCF is moved in"
+            " MuJoCo, and states the dry friction that fits best there.",
         ),
     ] = None,
     everything: arguments.AllOption = False,
@@ -89,7 +92,11 @@ def servos(
             kr5.cell.save_cell(found.cell, new)
     if write_model:
         arm = (original.file, base, tip) if original else (None, "", "")
-        model_writing.write_model(found.cell, write_model, *arm)
+        written = model_writing.write_model(found.cell, write_model, *arm)
+        if check_found := confirmed_in_mujoco(written, found.cell, compared, reading):
+            keys["mujoco"] = check_found.to_dict()
+            out.print(" ".join(check_sentences(check_found)), soft_wrap=True)
+        print_left_out(written, out)
     write_json(write_result(output, "kr5-servos/1", **keys), json_file)
 
 
