@@ -6,7 +6,7 @@ import sys
 import kr5
 import numpy as np
 import pytest
-from kr5.logs import read_logs
+from kr5.logs import read_logs, row_chunks
 from kr5.logs.column_names import find_families
 from kr5.logs.episodes import parse_episodes
 from kr5.logs.log_file import episodes_of, read_log
@@ -260,6 +260,50 @@ def test_of_a_table_larger_than_what_is_kept_the_joints_alone_are_read(tmp_path)
     assert found == rows * groups and grown < 0.7 * size
     found, _ = read_apart(file, most_numbers=rows * groups * 13 // 2)
     assert found == rows * groups // 2
+
+
+READ_AS_A_MOTION = """
+import resource, sys
+from kr5.logs import read_logs
+
+found = read_logs(sys.argv[1], sys.argv[2])
+print(any("of which the first" in note for note in found.notes))
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss << 10)
+"""
+
+
+@pytest.fixture(scope="module")
+def large_table(tmp_path_factory):
+    """Commands and positions of three joints, more than are kept of a log."""
+    import pyarrow
+    import pyarrow.parquet
+
+    file, rows, groups = tmp_path_factory.mktemp("large") / "log.parquet", 250_000, 10
+    vector = pyarrow.list_(pyarrow.float64(), 3)
+    schema = pyarrow.schema([("timestamp", pyarrow.float64()), ("action", vector), ("observation.state", vector)])
+    random = np.random.default_rng(1)
+    with pyarrow.parquet.ParquetWriter(file, schema, use_dictionary=False) as writer:
+        for g in range(groups):
+            t = 0.02 * (g * rows + np.arange(rows))
+            q = 0.5 * np.sin(np.outer(t, [0.3, 0.5, 0.7]))
+            late = [q + 1e-3 * random.normal(size=q.shape), 0.5 * np.sin(np.outer(t - 0.05, [0.3, 0.5, 0.7]))]
+            columns = [pyarrow.FixedSizeListArray.from_arrays(values.ravel(), 3) for values in late]
+            writer.write_table(pyarrow.table([t, *columns], schema=schema), row_group_size=rows)
+    assert rows * groups * 7 > row_chunks.MOST_NUMBERS
+    return file, rows * groups
+
+
+def test_the_numbers_of_a_table_are_held_once(large_table):
+    file, rows = large_table
+    found, grown = read_apart(file, most_numbers=rows * 7)
+    assert found == rows and grown < 2 * 8 * 7 * rows
+
+
+def test_a_log_of_more_than_is_kept_takes_less_than_a_gibibyte(large_table, model):
+    words = [sys.executable, "-c", READ_AS_A_MOTION, str(large_table[0]), str(model)]
+    done = subprocess.run(words, capture_output=True, text=True, check=True)
+    cut, peak = done.stdout.split()
+    assert cut == "True" and int(peak) < 1 << 30
 
 
 def test_of_a_set_with_images_the_vectors_alone_are_read(tmp_path, motions):

@@ -77,8 +77,8 @@ def test_commands_and_states_of_different_rates_are_cut_at_a_rest(share, tmp_pat
 
     out = map_guess.GuessedMap({})
     raw, _, _ = map_guess._read_part(parts[0], cell, GivenEntries(), out, "log")
-    assert len(raw.t) == len(t) and np.allclose(np.diff(raw.t), 0.012, atol=1e-6)
-    assert raw.commanded
+    assert len(raw.motion.t) == len(t) and np.allclose(np.diff(raw.motion.t), 0.012, atol=1e-6)
+    assert raw.motion.commanded
 
 
 # What the user states is taken before the rest is guessed

@@ -13,19 +13,13 @@ FIT_SHARE = 0.7  # of the rows of what does not move, of a log that is cut by it
 
 @dataclass
 class RawPart:
-    """A log of one kind: its times from the beginning of the log (rows, where there are none), the positions of a
-    motion and the commands beside measured ones, the runs of other kinds."""
+    """A log of one kind: a motion, or the number of rows and the runs of another kind."""
 
     kind: str
     name: str  # of the log, and its episode
-    t: np.ndarray
-    q: np.ndarray | None = None
-    commands: np.ndarray | None = None
+    motion: arm_log.LoggedMotion | None = None
+    rows: int = 0
     runs: np.ndarray | None = None
-    commanded: bool = False
-    stepwise: bool = False  # torque servos move the arm, which is simulated step by step
-    settle: float = 0.0  # [s]
-    max_gap: float | None = None  # [s] between rows, where the user states it
     kept_to_check: bool = False  # as the user states it
     end: float = np.inf  # [s] from which on rows are left out, as the user states it
 
@@ -38,7 +32,7 @@ def split_parts(parts: list[RawPart], reasons: list[list[str]]) -> list[Entry]:
     out: list[Entry] = []
     for kind in dict.fromkeys(p.kind for p in parts):
         own = [k for k, p in enumerate(parts) if p.kind == kind]
-        split = _split_motions if parts[own[0]].q is not None else _split_rows
+        split = _split_motions if parts[own[0]].motion is not None else _split_rows
         for count, (number, entry) in enumerate(split(own, parts, reasons), 1):
             out.append((number, {"name": f"{kind}-{count}", "kind": kind} | entry))
     return out
@@ -71,16 +65,15 @@ def _split_motions(own: list[int], parts: list[RawPart], reasons: list[list[str]
 
 
 def _motion_of(part: RawPart) -> arm_log.LoggedMotion:
-    used = part.t < part.end
-    out = arm_log.LoggedMotion(t=part.t[used], commanded=part.commanded, stepwise=part.stepwise, settle=part.settle)
-    if part.q is not None:
-        out.q = part.q[used]
-    if part.commands is not None:
-        out.command = part.commands[used]
-    out.kept_to_check = part.kept_to_check
-    if part.max_gap is not None:
-        out.max_gap = part.max_gap
-    return out
+    motion = part.motion
+    assert motion is not None, "a part of a kind that moves"
+    motion.kept_to_check = part.kept_to_check
+    if np.isfinite(part.end):
+        used = np.asarray(motion.t) < part.end
+        motion.t, motion.q = np.asarray(motion.t)[used], np.asarray(motion.q)[used]
+        if motion.command.size:
+            motion.command = np.asarray(motion.command)[used]
+    return motion
 
 
 CUTS = {
@@ -120,7 +113,7 @@ def _split_rows(own: list[int], parts: list[RawPart], reasons: list[list[str]]) 
     kind = parts[own[0]].kind
     if len(own) == 1:
         return [(own[0], entry) for entry in _row_halves(parts[own[0]], reasons)]
-    rows = np.array([len(parts[k].t) for k in own], float)
+    rows = np.array([parts[k].rows for k in own], float)
     reached = np.cumsum(rows) / max(rows.sum(), 1e-30)
     fitted = int(np.argmin(np.abs(reached[:-1] - FIT_SHARE))) + 1
     shares = f"{fitted} to fit, {len(own) - fitted} to check"
@@ -130,11 +123,11 @@ def _split_rows(own: list[int], parts: list[RawPart], reasons: list[list[str]]) 
 
 def _row_halves(part: RawPart, reasons: list[list[str]]) -> list[dict[str, Any]]:
     """Cut between runs, views, lines or poses, where there is more than one; else everything is to fit."""
-    runs = part.runs if part.runs is not None else part.t
+    runs = part.runs if part.runs is not None else np.arange(part.rows)
     starts = np.flatnonzero(np.append(True, np.diff(runs) != 0))
     if len(starts) < 2:
         reasons.append([f"split of {part.kind}", "all to fit", "it is one run; nothing is left to check by"])
         return [{"split": "fit"}]
     rows = int(starts[min(len(starts) - 1, max(1, round(FIT_SHARE * len(starts))))])
     reasons.append([f"split of {part.kind}", f"rows up to {rows} to fit, the rest to check", "cut between runs"])
-    return [{"split": "fit", "rows": [1, rows]}, {"split": "check", "rows": [rows + 1, len(part.t)]}]
+    return [{"split": "fit", "rows": [1, rows]}, {"split": "check", "rows": [rows + 1, part.rows]}]

@@ -45,7 +45,8 @@ def joint_entry(
         shown = [_scaled(values, given)]
         if beside is not None and (beside.unit, beside.motor_side) == (family.unit, family.motor_side):
             shown.append(_scaled(log.stacked(beside.columns), stated.columns.get(beside.name, {})))
-        unit, why = _joint_unit(family, np.concatenate(shown), log, cell, None if "scale" in given else put)
+        told = np.concatenate(shown) if len(shown) > 1 else shown[0]
+        unit, why = _joint_unit(family, told, log, cell, None if "scale" in given else put)
     entry["unit"] = unit
     if family.motor_side:
         entry["side"] = "motor"
@@ -85,6 +86,8 @@ def joint_values(entry: Mapping[str, object], name: str, log: Log, cell: kr5.cel
 
 def _scaled(values: np.ndarray, given: Mapping[str, object]) -> np.ndarray:
     """What is told by the size of numbers is told of those that the user scales them to."""
+    if not given.keys() & {"scale", "offset"}:
+        return values
     try:
         return np.asarray(values * np.asarray(given.get("scale", 1.0), float) + np.asarray(given.get("offset", 0.0)))
     except (TypeError, ValueError):  # the reader of maps refuses it
@@ -103,14 +106,13 @@ def _joint_unit(
             f"{range_text(family.columns)}: found per cent of a rated value, expected N m, N or A; state"
             f" what 1 % is for each joint, and its unit: {how}",
         )
-    size = float(np.nanmax(np.abs(values)))
+    size = _largest(values)
     why = f"values up to {size:.4g}"
     if family.name in ("q", "qc", "qd"):
         slides = [str(j.type) == "prismatic" for j in cell.robot.dh]
-        turning = values[:, [not s for s in slides]]
-        size = float(np.nanmax(np.abs(turning))) if turning.size else 0.0
+        turning = values[:, [not s for s in slides]] if any(slides) else values
         unit, told = _angle_unit(family, turning, [not s for s in slides], log, cell, put)
-        length = "mm" if family.unit == "mm" or (any(slides) and _largest(values, slides) > FARTHEST) else "m"
+        length = "mm" if family.unit == "mm" or (any(slides) and _largest(values[:, slides]) > FARTHEST) else "m"
         return (unit if not any(slides) else [length if s else unit for s in slides]), why + told
     if family.name == "i":
         return _stated(family, ("mA",), "mA" if size > 200 else "A", why, " are too large for A")
@@ -140,7 +142,7 @@ def _angle_unit(
     if family.unit in ("deg", "rad") or not turning.size:
         return family.unit or "rad", ""
     if family.motor_side:
-        large = float(np.nanmax(np.abs(turning))) > arm_log.MOST_RADIANS * _gear_ratio(cell)
+        large = _largest(turning) > arm_log.MOST_RADIANS * _gear_ratio(cell)
         return ("deg", TOLD["deg"]) if large else ("rad", "")
     limits = cell.robot.limits
     none = np.zeros(0)
@@ -153,7 +155,7 @@ def _angle_unit(
         signed = "signed_percent" if float(np.nanmin(turning)) < 0 else "percent"
         raise kr5.FileError(
             log.file,
-            f"{range_text(family.columns)}: found values up to {float(np.nanmax(np.abs(turning))):.4g}, which may be"
+            f"{range_text(family.columns)}: found values up to {_largest(turning):.4g}, which may be"
             f" degrees, or per cent of the range of each joint, as LeRobot writes both; state which: {put(unit='deg')},"
             f" or {put(unit=signed)} (and the same of columns.{'qc' if family.name == 'q' else 'q'})",
         )
@@ -166,8 +168,9 @@ def _stated(family: Family, units: tuple[str, ...], guessed: str, why: str, too_
     return guessed, why + (too_large if guessed in ("mA", "N mm") else "")
 
 
-def _largest(values: np.ndarray, chosen: list[bool]) -> float:
-    return float(np.nanmax(np.abs(values[:, chosen])))
+def _largest(values: np.ndarray) -> float:
+    """The largest size of a number, without a copy of all of them."""
+    return max(float(np.nanmax(values)), -float(np.nanmin(values)))
 
 
 def _gear_ratio(cell: kr5.cell.Cell) -> float:

@@ -115,12 +115,13 @@ def _report_end(raw: RawPart, out: GuessedMap) -> None:
     """Says that a log is used up to a time, which some of its rows must be before."""
     if not np.isfinite(raw.end):
         return
-    if raw.q is None:
+    if raw.motion is None:
         raise kr5.InvalidArgument(f"--set end: {raw.name} is of kind {raw.kind}, which has no end; leave it out")
-    if not (raw.t < raw.end).any():
+    t = np.asarray(raw.motion.t)
+    if not raw.end > t[0]:
         raise kr5.InvalidArgument(
-            f"--set end: found {raw.end:g} s, before the first row of {raw.name}; it goes from {raw.t[0]:.4g} to"
-            f" {raw.t[-1]:.4g} s"
+            f"--set end: found {raw.end:g} s, before the first row of {raw.name}; it goes from {t[0]:.4g} to"
+            f" {t[-1]:.4g} s"
         )
     out.because(raw.name, "end", f"{raw.end:g} s", "as stated")
 
@@ -423,7 +424,7 @@ def _raw_part(part: LogPart, columns: dict[str, Any], given: GivenEntries, cell:
     run = kr5.cell.run_column(kr5.cell.Kind(part.kind))
     runs = log.columns[part.named[run]] if run in part.named else None
     if part.kind != "motion":
-        return RawPart(part.kind, where, np.arange(rows, dtype=float), runs=runs)
+        return RawPart(part.kind, where, rows=rows, runs=runs)
     name = "q" if "q" in columns else "qc"
     family = part.families.first(name) or part.families.first("qc")
     assert family is not None, "a motion has positions"
@@ -458,23 +459,16 @@ def _raw_part(part: LogPart, columns: dict[str, Any], given: GivenEntries, cell:
             " identify excitation makes",
         )
     commanded = columns["qc"].get("from") != "measured"
+    out = arm_log.LoggedMotion(t=t, q=q, commanded=commanded, stepwise=commanded and cell.has_torque_servos)
     stated = given.clock.get("max_gap")
-    max_gap = float(stated) if isinstance(stated, (int, float)) else None  # the reader of maps refuses others
-    commands = None
+    if isinstance(stated, (int, float)):  # the reader of maps refuses others
+        out.max_gap = float(stated)
     if commanded and name == "q" and (own := part.families.first("qc")):
         commands = values_at(t, log, own, columns["qc"], cell, clock)
-    settle = arm_log.settle_time(cell, q[0])
-    return RawPart(
-        "motion",
-        where,
-        t,
-        q,
-        commands,
-        commanded=commanded,
-        stepwise=commanded and cell.has_torque_servos,
-        settle=settle,
-        max_gap=max_gap,
-    )
+        if commands is not None:
+            out.command = commands
+    out.settle = arm_log.settle_time(cell, q[0])
+    return RawPart("motion", where, motion=out)
 
 
 def _has_servos(cell: kr5.cell.Cell) -> bool:

@@ -13,6 +13,7 @@ from kr5.logs.row_chunks import WIDEST, cut_note, kept_rows, needed_columns
 INSTALL = "pip install 'kr5[parquet]'"
 EPISODE = "episode_index"  # of LeRobot: which rows are one recording
 BATCH = 65_536  # rows that are decoded at once
+BUFFER = 1 << 20  # of a file that is held beside them [B]
 
 
 def read_parquet(file: Path) -> Log:
@@ -39,7 +40,7 @@ def open_parquet(file: Path) -> Any:
     except ImportError:
         raise kr5.FileError(file, f"to read Parquet, the package pyarrow is needed: {INSTALL}") from None
     try:
-        return pyarrow.parquet.ParquetFile(file)
+        return pyarrow.parquet.ParquetFile(file, pre_buffer=False, buffer_size=BUFFER)  # not the whole file at once
     except (pyarrow.ArrowException, OSError) as error:
         why = str(error).split("\n")[0][:200]
         raise kr5.FileError(
@@ -57,12 +58,16 @@ def fill_log(log: Log, files: list[Path], episode: int | None, labels: dict[str,
     if not names:
         raise kr5.FileError(files[0], "contains no column of numbers; expected positions and commands of joints")
     width = sum(widths[name] for name in names)
-    parts: dict[str, list[np.ndarray]] = {name: [] for name in names}
     room, seen = kept_rows(rows, width), 0
+    kept: dict[str, np.ndarray] = {}
     for file, parquet in zip(files, opened):
         for batch in _batches(file, parquet, names, episode):
             for name, values in batch.items():
-                parts[name].append(values[: room - seen])
+                if name not in kept:
+                    kept[name] = np.empty((room, *values.shape[1:]))
+                if values.shape[1:] != kept[name].shape[1:]:
+                    raise _different_lengths(file, name)
+                kept[name][seen : seen + len(values)] = values[: room - seen]
             seen += len(next(iter(batch.values())))
             if seen >= room:
                 break
@@ -70,8 +75,9 @@ def fill_log(log: Log, files: list[Path], episode: int | None, labels: dict[str,
         raise kr5.FileError(files[0], "has no row" + (f" of episode {episode}" if episode is not None else ""))
     if seen > room or (episode is None and room < rows):
         log.notes.append(cut_note(log.file.name, room, rows))
-    for name, found in parts.items():
-        log.add_vector(name, np.concatenate(found), "", (labels or {}).get(name, ()))
+    for name in names:
+        column = kept.pop(name)
+        log.add_vector(name, column if seen >= room else column[:seen].copy(), "", (labels or {}).get(name, ()))
 
 
 def _batches(file: Path, parquet: Any, names: list[str], episode: int | None) -> Iterator[dict[str, np.ndarray]]:
@@ -165,16 +171,19 @@ def _numbers(file: Path, batch: Any, name: str) -> np.ndarray:
         lengths = compute.list_value_length(column)
         length = compute.max(lengths).as_py()
         if lengths.null_count or compute.min(lengths).as_py() != length:
-            raise kr5.FileError(
-                file,
-                f"column '{name}': found vectors of different lengths, expected as many numbers in each row",
-            )
+            raise _different_lengths(file, name)
         values = column.flatten().cast(pyarrow.float64()).to_numpy(zero_copy_only=False)
         return np.asarray(values, float).reshape(len(column), length)
     if types.is_timestamp(column.type):
         nanoseconds = column.cast(pyarrow.timestamp("ns", column.type.tz)).cast(pyarrow.int64())
         return np.asarray(nanoseconds.cast(pyarrow.float64(), safe=False).to_numpy(zero_copy_only=False)) * 1e-9
     return np.asarray(column.cast(pyarrow.float64(), safe=False).to_numpy(zero_copy_only=False), float)
+
+
+def _different_lengths(file: Path, name: str) -> kr5.FileError:
+    return kr5.FileError(
+        file, f"column '{name}': found vectors of different lengths, expected as many numbers in each row"
+    )
 
 
 def _field(batch: Any, path: str) -> Any:

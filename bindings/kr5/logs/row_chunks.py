@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from kr5.logs.column_names import is_quantity, words_of
 from kr5.logs.log import is_time
 
-MOST_NUMBERS = 48_000_000  # of a log that are kept, which are 384 MB
+MOST_NUMBERS = 16_000_000  # of a log that are kept, which are 128 MB; some of them are held four times
 WIDEST = 256  # numbers of a vector; longer ones are images
 
 
