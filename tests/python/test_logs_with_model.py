@@ -2,6 +2,7 @@
 
 import json
 import re
+import shlex
 from xml.etree import ElementTree
 
 import kr5
@@ -10,6 +11,7 @@ import kr5.io
 import kr5.predict
 import numpy as np
 import pytest
+from kr5.logs import read_logs
 
 from arm_logs import (
     NAMES,
@@ -383,13 +385,28 @@ def test_joints_counted_in_another_order_are_told_by_their_loads(diagnose, named
     (tmp_path / "free.urdf").write_text(text)
     log_in_order(order, named_arm, tmp_path / "log.csv")
     listed = ", ".join(NAMES[k] for k in order)
-    refused(
-        diagnose,
-        "log.csv",
-        "--model",
-        "free.urdf",
-        text=(f"they fit with the joints in the order {listed}", "--set 'columns.q.from=[...]'"),
-    )
+    text = f"they fit with the joints in the order {listed}"
+    said = refused(diagnose, "log.csv", "--model", "free.urdf", text=text)
+    remedy = shlex.split(re.search(r"in the order of the model: (--set .*?) (?:\(also in .*?\) )?error:", said)[1])
+    found = read_logs(tmp_path / "log.csv", tmp_path / "free.urdf", settings=remedy[1::2])
+    t, q, _ = moved(named_arm, rows=600)
+    read = found.recording.experiments[0]
+    for k in range(6):
+        assert np.asarray(read[f"qc{k + 1}"]) == pytest.approx(np.interp(read["t"], t - t[0], q[:, k]), abs=0.02)
+
+
+def test_loads_of_two_joints_that_are_exchanged_are_told_with_the_order_that_is_read(
+    diagnose, named_arm, named_urdf, tmp_path
+):
+    t, q, tau = moved(named_arm, rows=600)
+    columns = {"t": t} | {f"q{k + 1}": q[:, k] for k in range(6)}
+    columns |= {f"tau{k + 1}": tau[:, j] for k, j in enumerate([0, 1, 3, 2, 4, 5])}
+    case_logs.write_csv(tmp_path / "log.csv", columns)
+    said = refused(diagnose, "log.csv", "--model", named_urdf, text="tau3 and tau4")
+    (remedy,) = shlex.split(re.search(r"exchange their names: --set (.*?) (?:\(also in .*?\) )?error:", said)[1])
+    found = read_logs(tmp_path / "log.csv", named_urdf, settings=[remedy])
+    read = found.recording.experiments[0]
+    assert np.asarray(read["tau3"]) == pytest.approx(np.interp(read["t"], t - t[0], tau[:, 2]), abs=1e-6)
 
 
 def test_the_log_of_a_stopped_arm_is_refused(diagnose, named_arm, named_urdf, tmp_path):

@@ -88,6 +88,38 @@ def test_normalised_actions_are_told_with_what_brings_them_to_radians(motion, mo
     assert max(np.abs(x).mean() for x in off) < 0.25
 
 
+@pytest.mark.parametrize("order", [[1, 0, 2], [2, 1, 0], [1, 2, 0], [2, 0, 1]], ids=str)
+@pytest.mark.parametrize("named", ["neither", "positions", "commands"])
+def test_joints_in_another_order_are_told_with_the_order_that_is_read(order, named, motion, model, tmp_path):
+    wrong = "qc" if named == "positions" else "q"  # columns that name joints stand in the order of the model
+    values = {"qc": motion.qc, "q": motion.q}
+    values[wrong] = values[wrong][:, order]
+    stems = {
+        "qc": [f"cmd_{name}" for name in files.NAMES] if named == "commands" else ["cmd1", "cmd2", "cmd3"],
+        "q": [f"position_{name}" for name in files.NAMES] if named == "positions" else ["pos1", "pos2", "pos3"],
+    }
+    log = tmp_path / "log.csv"
+    table = np.column_stack([motion.t, values["qc"], values["q"]])
+    np.savetxt(log, table, delimiter=",", header=",".join(["t", *stems["qc"], *stems["q"]]), comments="")
+    error = problem(log, model)
+    assert "exchange their names" in str(error)
+    remedy = remedy_of(error)[0]
+    assert remedy.startswith(f"columns.{wrong}.from=[")
+    assert ("where the positions are in the order of the model" in str(error)) == (named == "neither")
+    q = positions(read_logs(log, model, settings=[remedy]).recording)
+    assert np.abs(q - motion.q[: len(q)]).max() < 1e-9
+
+
+def test_components_of_vectors_are_exchanged_by_their_names(motion, model, tmp_path):
+    pytest.importorskip("h5py", reason="pip install 'kr5[hdf5]'")
+    other = files.Motion(motion.t, motion.qc, motion.q[:, [1, 0, 2]])
+    log = files.aloha(tmp_path, [other])
+    error = problem(log, model, every=1 / files.RATE)
+    (remedy, *_) = remedy_of(error)
+    q = positions(read_logs(log, model, settings=[remedy], every=1 / files.RATE).recording)
+    assert np.abs(q - motion.q[: len(q)]).max() < 1e-9
+
+
 def test_a_joint_that_never_moves_is_named(diagnose, motion, model, tmp_path):
     q = motion.q.copy()
     q[:, 1] = q[0, 1]

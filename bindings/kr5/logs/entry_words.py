@@ -1,8 +1,11 @@
 """How a remedy names an entry of a map: by where it stands in the file, or as an option of a command without one."""
 
+import json
 import shlex
 from dataclasses import dataclass
 from typing import Any
+
+import yaml
 
 
 @dataclass(frozen=True)
@@ -33,5 +36,16 @@ IN_MAP = EntryWords()
 
 def _text(value: object) -> str:
     if isinstance(value, (list, tuple)):
-        return f"[{', '.join(_text(v) for v in value)}]"
+        return f"[{', '.join(_text_in_list(v) for v in value)}]"
     return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def _text_in_list(value: object) -> str:
+    """As YAML takes it in a list: what it would not read as this text stands in quotes."""
+    if not isinstance(value, str):
+        return _text(value)
+    try:
+        plain = yaml.safe_load(f"[{value}]") == [value]
+    except yaml.YAMLError:
+        plain = False
+    return value if plain else json.dumps(value, ensure_ascii=False)

@@ -2,8 +2,8 @@
 columns, with the entries of the map that correct it. What is wrong is found by kr5.arm_log."""
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ import kr5
 import kr5.cell
 from kr5 import arm_log
 from kr5.arm_log import LogProblemKind, LogRemedy
+from kr5.logs.column_order import exchanged, rearranged
 from kr5.logs.entry_words import EntryWords
 from kr5.logs.joint_columns import range_text
 from kr5.logs.map_file import Source, Tool, column_family
@@ -54,6 +55,7 @@ class Origin:
     sources: Mapping[str, Source | Tool]  # what the map says of its columns
     log: str = ""  # which of several logs and episodes, as an option names it
     shift: float = 0.0  # of its times against those of its log [s]
+    problems: Sequence[arm_log.LogProblem] = ()  # all that were found at once
 
 
 def check_positions(
@@ -61,7 +63,8 @@ def check_positions(
 ) -> list[LogProblem]:
     """What speaks against the positions, the clock and the tool poses of an experiment; `words`: how a remedy names
     entries of its map."""
-    return [_told(p, cell, words, origin) for p in arm_log.check_positions(cell, experiment)]
+    found = arm_log.check_positions(cell, experiment)
+    return [_told(p, cell, words, replace(origin, problems=found)) for p in found]
 
 
 def check_loads(
@@ -143,8 +146,9 @@ def _entries(problem: arm_log.LogProblem, cell: kr5.cell.Cell, words: EntryWords
     if remedy == LogRemedy.CutLog:
         return words.end(_before(problem.found - origin.shift), origin.log, problem.experiment)
     if remedy == LogRemedy.Rearrange:
-        wanted = {"from": "[...]"}
-        return ", ".join(words.put(f"columns.{family}", **wanted) for family in columns)
+        return rearranged(columns, problem.reading.order, words, sources)
+    if remedy == LogRemedy.Exchange:
+        return exchanged(problem, origin.problems, cell, words, sources)
     if remedy == LogRemedy.Recount:
         return _convention_entries(cell, problem.reading, columns[1], words, sources)
     if problem.kind == LogProblemKind.FactorOfJoint:
