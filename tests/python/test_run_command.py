@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+import urllib.request
 from types import SimpleNamespace
 
 import kr5
@@ -105,6 +106,22 @@ def test_an_interrupted_job_goes_on_where_it_was_and_ends(run_kr5, tmp_path):
     assert (tmp_path / "page.html").stat().st_size > 10_000
     again = run_kr5(*command)
     assert again.returncode == 0 and "The job is done: 1 inserted." in again.stdout
+
+
+def test_a_job_is_shown_as_it_runs_and_then_its_page(tmp_path):
+    words = [sys.executable, "-m", "kr5_tools", "run", "--pellets", "1", "--seed", "5", "--view"]
+    with subprocess.Popen(words, cwd=tmp_path, stdout=subprocess.PIPE, text=True) as command:
+        address = command.stdout.readline().split()[-1]
+        with urllib.request.build_opener(urllib.request.ProxyHandler({})).open(f"{address}stream") as stream:
+            *told, last = [json.loads(line[6:]) for line in stream if line.startswith(b"data: ")]
+        printed, _ = command.communicate(timeout=60)
+    assert command.returncode == 0
+    assert told[0]["phase"] != "done" and told[-1]["phase"] == "done" and told[-1]["inserted"] == 1
+    assert np.all(np.diff([message["time"] for message in told]) >= 0)
+    assert np.ptp([message["q"] for message in told], axis=0).max() > 0.5
+    assert last["look"] == "good" and last["text"] in printed
+    assert "job.html: open it in a browser." in printed
+    assert (tmp_path / "job.html").stat().st_size > 10_000
 
 
 def test_a_latched_stop_is_told_with_its_remedy(run_kr5, tmp_path):

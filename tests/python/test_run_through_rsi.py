@@ -2,6 +2,7 @@
 
 import io
 import socket
+from types import SimpleNamespace
 
 import pytest
 from kr5 import job, rsi
@@ -66,17 +67,24 @@ def test_a_job_through_sockets_is_stopped_by_a_person(given, tmp_path):
     linked = linked_run.make_options(options, cell, "krc4", free_port())
     journal = job.Journal(tmp_path / "job.db", "test")
     linked_job = work.LinkedJob(cell, options, linked, journal)
-    linked_job.stop_by_operator()
-    done = linked_run.work(linked_job, cell, 1, tmp_path / "job.db")
+    shown = []
+
+    def show(state, reading):
+        shown.append(reading)
+        linked_job.stop_by_operator()
+
+    done = linked_run.work(linked_job, cell, 1, tmp_path / "job.db", SimpleNamespace(show=show))
+    assert shown and all(len(reading.joints) == 6 for reading in shown)
     assert done.job.state.stop == job.StopReason.Operator
     assert job_cell.state_file(tmp_path / "job.db").is_file()
     assert journal.belief().stop == job.StopReason.Operator
 
 
 def test_faults_need_a_link(run_kr5):
-    done = run_kr5("run", "--faults", 1)
-    assert done.returncode == 2
-    assert "--through-rsi" in done.stderr
+    for words in ((), ("--through-rsi", "--view")):
+        done = run_kr5("run", "--faults", 1, *words)
+        assert done.returncode == 2
+        assert "--through-rsi" in done.stderr
 
 
 def test_a_fault_that_did_harm_is_told():

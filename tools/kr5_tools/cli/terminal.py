@@ -168,5 +168,11 @@ def spinner(what: str) -> Iterator[None]:
 
 def open_page(page: Path | None) -> None:
     """In a browser, where there is a screen for one; where the page is was said already."""
-    if page and page.is_file() and (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
-        webbrowser.open(page.resolve().as_uri())
+    if page and page.is_file():
+        open_address(page.resolve().as_uri())
+
+
+def open_address(address: str) -> None:
+    """The same of an address."""
+    if os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
+        webbrowser.open(address)

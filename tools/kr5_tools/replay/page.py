@@ -13,8 +13,9 @@ from kr5_tools.cli.numbers import format_count
 from kr5_tools.replay.runs import Run, page_runs
 
 
-def cell_scene(cell: kr5.cell.Cell) -> dict[str, Any]:
-    """What a page draws of a cell: the arm's rows, what it carries, what stands beside it."""
+def cell_scene(cell: kr5.cell.Cell, T_base_actual: np.ndarray | None = None) -> dict[str, Any]:
+    """What a page draws of a cell: the arm's rows, what it carries, what stands beside it. `T_base_actual`: where the
+    tube really is, if not where the cell says."""
     from kr5_tools.cell.frames import target_frames
 
     tube, peg, sphere, board = cell.tube, cell.peg, cell.laser and cell.laser.target, cell.board
@@ -40,6 +41,8 @@ def cell_scene(cell: kr5.cell.Cell) -> dict[str, Any]:
             "sphere": sphere and {"centre": sphere.sphere, "radius": sphere.radius},
         }
     )
+    if T_base_actual is not None:
+        scene["tube"]["T"] = writing.to_plain(T_base_actual)
     return scene
 
 
@@ -54,15 +57,16 @@ def make_page(
     template: str = "replay.html",
     **values: object,
 ) -> str:
-    """The HTML of the page. `solids`: solids that stand in the cell beside its own. `T_base_actual`: where the tube
-    really is, if not where the cell says. A template that extends replay.html gets `values`."""
+    """The HTML of the page. `solids`: solids that stand in the cell beside its own. `T_base_actual`: as of cell_scene.
+    A template that extends replay.html gets `values`."""
     from kr5_tools.pages.rendering import render_page, script_json
 
     text = f"{format_count(cell.robot.joints, 'joint')}, {format_count(len(runs), 'run')}"
-    scene = cell_scene(cell)
-    if T_base_actual is not None:
-        scene["tube"]["T"] = writing.to_plain(T_base_actual)
-    data = {**scene, "runs": page_runs(runs), "solids": [_drawn(cell, solid, runs[0]) for solid in solids]}
+    data = {
+        **cell_scene(cell, T_base_actual),
+        "runs": page_runs(runs),
+        "solids": [_drawn(cell, solid, runs[0]) for solid in solids],
+    }
     return render_page(
         template,
         brand=made_by,
@@ -83,9 +87,15 @@ def option_text(run: Run) -> str:
     return f"{run.name}, gap up to {max(gaps):.1f}" if gaps else run.name
 
 
-def _drawn(cell: kr5.cell.Cell, solid: kr5.cell.PlacedObject, run: Run) -> dict[str, Any]:
-    """A solid as the page draws it; of a bench without end, the part below the tool."""
+def drawn_solid(solid: kr5.cell.PlacedObject) -> dict[str, Any]:
+    """A solid as a page draws it."""
     out: dict[str, Any] = writing.to_plain({**solid.to_dict(), "T": solid.T_base_object})
+    return out
+
+
+def _drawn(cell: kr5.cell.Cell, solid: kr5.cell.PlacedObject, run: Run) -> dict[str, Any]:
+    """The same; of a bench without end, the part below the tool."""
+    out = drawn_solid(solid)
     if solid.width > 1.0 and run.q is not None:
         tip = cell.T_base_tool(run.q[0])
         out |= {"width": 0.5, "height": 0.5}

@@ -13,6 +13,7 @@ from kr5 import rsi
 from kr5_tools.cli import tables, terminal
 from kr5_tools.rsi.timing_table import TIMING_COLUMNS, timing_rows
 from kr5_tools.work.job_cell import JobSetup, state_file, work_cell_options
+from kr5_tools.work.live_view import LiveView
 from kr5_tools.work.remedies import words
 
 if TYPE_CHECKING:
@@ -46,7 +47,13 @@ def make_options(
     return linked
 
 
-def work(linked_job: kr5.work.LinkedJob, cell: kr5.sim.WorkCell, pellets: int, file: Path | None) -> kr5.work.LinkedRun:
+def work(
+    linked_job: kr5.work.LinkedJob,
+    cell: kr5.sim.WorkCell,
+    pellets: int,
+    file: Path | None,
+    live: LiveView | None = None,
+) -> kr5.work.LinkedRun:
     """Until the job ends, or the program; the state of the cell follows the records within milliseconds."""
     written = -1
     with terminal.progress_bar() as bar:
@@ -56,6 +63,8 @@ def work(linked_job: kr5.work.LinkedJob, cell: kr5.sim.WorkCell, pellets: int, f
                 linked_job.serve()
                 state = linked_job.state
                 bar.update(task, completed=state.inserted, description=f"{words(state.phase)}, pellet {state.pellet}")
+                if live:
+                    live.show(state, linked_job.reading)
                 if file is not None and linked_job.written != written:
                     written = linked_job.written
                     linked_job.cell_state().save(state_file(file))

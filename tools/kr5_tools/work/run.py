@@ -2,6 +2,7 @@
 
 import contextlib
 import tempfile
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -16,13 +17,13 @@ if TYPE_CHECKING:
     import kr5.job
     import kr5.sim
     import kr5.work
-    from rich.console import Console
 
     from kr5_tools.work.job_cell import JobSetup
+    from kr5_tools.work.live_view import LiveView
 
 app = typer.Typer()
 
-CYCLES = 20  # between two looks at a job: Ctrl-C is heard, and the state of the cell written where records are new
+PAGE = Path("job.html")
 
 
 @app.command(epilog="Example: kr5 run --pellets 3 --seed 7 --journal monday.db --report run.html")
@@ -78,6 +79,14 @@ def run(
             help="Instead of a job, with --through-rsi: each fault of link and controller N times during an insertion.",
         ),
     ] = None,
+    view: Annotated[
+        bool,
+        typer.Option(
+            "--view",
+            help=f"Show the job as it runs, then its page ({PAGE} unless --report names another), where there is a"
+            " screen.",
+        ),
+    ] = False,
     report: Annotated[
         Path | None,
         typer.Option(metavar="PAGE.html", help="Page with a 3D replay, time line, forces and attempts by pellet."),
@@ -93,14 +102,15 @@ def run(
     import kr5.work
 
     from kr5_tools.insertion.task import load_cell
-    from kr5_tools.work import job_tables, linked_run
+    from kr5_tools.work import direct_run, job_output, job_tables, linked_run
     from kr5_tools.work.job_cell import JobSetup, make_cell
 
+    if faults is not None and (not through_rsi or journal_file or report or view):
+        terminal.fail("--faults: needs --through-rsi, and has neither journal nor report nor view")
+    report = report or (PAGE if view else None)
     writing.check_writable(report, json_file, inputs=[cell_file, journal_file])
     writing.check_writable(journal_file, inputs=[cell_file])
     writing.check_page(report)
-    if faults is not None and (not through_rsi or journal_file or report):
-        terminal.fail("--faults: needs --through-rsi, and has neither journal nor report")
     given, source = load_cell(cell_file)
     setup = JobSetup(pellets, seed, errors)
     if faults is not None:
@@ -109,28 +119,59 @@ def run(
         cell = make_cell(given, setup)
     options = kr5.work.work_options(cell)
     options.job.pellets = pellets
-    with _journal(journal_file, setup.job_id(given)) as (journal, file):
+    to = terminal.console(json_file)
+    with _journal(journal_file, setup.job_id(given)) as (journal, file), _live(view, cell, pellets, source) as live:
         _place(cell, options, journal, file)
         seen, link = _seen(stand, in_tube), None
         if through_rsi:
             linked = linked_run.make_options(options, cell, controller, port)
-            link = linked_run.work(kr5.work.LinkedJob(cell, options, linked, journal, seen), cell, pellets, file)
+            linked_job = kr5.work.LinkedJob(cell, options, linked, journal, seen)
+            _open(live if linked_job.runs else None, to)
+            link = linked_run.work(linked_job, cell, pellets, file, live)
             done = link.job
         else:
             runner = kr5.work.JobRunner(cell, options, journal, seen)
-            if runner.runs:
-                _work(runner, cell, pellets, journal, file)
-            done = runner.result()
+            _open(live if runner.runs else None, to)
+            done = direct_run.work(runner, cell, pellets, journal, file, live)
         truth, records = kr5.work.judge_job(cell), journal.records()
-    to = terminal.console(json_file)
-    _print(done, truth, pellets, journal_file, to)
+        good = done.done and truth.in_tube >= pellets
+        if live:
+            live.end("good" if good else "unusable", job_tables.ending_text(done, pellets, journal_file))
+    job_output.print_job(done, truth, pellets, journal_file, to)
     if link is not None:
         linked_run.print_link(link, linked.layout, to)
+    if report and len(done.rows) < 2:
+        terminal.print_note("no motion, hence no page.")
+        report = None
     if report:
-        _write_page(done, truth, records, cell, setup, source, report, to)
+        job_output.write_page(done, truth, records, cell, setup, source, report, to)
     writing.write_json(job_tables.as_dict(setup.job_id(given), done, truth, link), json_file)
-    if not done.done or truth.in_tube < pellets:
+    if view:
+        writing.publish()
+        terminal.open_page(report)
+    if not good:
         raise typer.Exit(1)
+
+
+@contextlib.contextmanager
+def _live(wanted: bool, cell: "kr5.sim.WorkCell", pellets: int, source: Path) -> "Iterator[LiveView | None]":
+    """The view of a job as it runs."""
+    if not wanted:
+        yield None
+        return
+    from kr5_tools.work.live_view import LiveView, live_page
+
+    with terminal.spinner("drawing"):
+        page = live_page(cell, pellets, source)
+    with LiveView(page) as live:
+        yield live
+
+
+def _open(live: "LiveView | None", to: terminal.Console) -> None:
+    """Tells where the view is, and opens it beside the job, which does not wait for a browser."""
+    if live:
+        to.print(f"The job as it runs: {live.address}", soft_wrap=True, markup=False)
+        threading.Thread(target=terminal.open_address, args=(live.address,), daemon=True).start()
 
 
 def _seen(stand: str | None, in_tube: int | None) -> "kr5.job.RestartMeasurements":
@@ -180,66 +221,3 @@ def _place(
         restore_cell(cell, file)
     else:
         kr5.work.place_over_bin(cell, options)
-
-
-def _work(
-    runner: "kr5.work.JobRunner",
-    cell: "kr5.sim.WorkCell",
-    pellets: int,
-    journal: "kr5.job.Journal",
-    file: Path | None,
-) -> None:
-    """Until the job ends, or the program; the state of the cell is never older than the last record."""
-    from kr5_tools.work.job_cell import state_file
-    from kr5_tools.work.remedies import words
-
-    written = -1
-    with terminal.progress_bar() as bar:
-        task = bar.add_task("", total=pellets)
-        try:
-            while not runner.finished:
-                runner.step(CYCLES)
-                state = runner.state
-                bar.update(task, completed=state.inserted, description=f"{words(state.phase)}, pellet {state.pellet}")
-                if file is not None and journal.last_number != written:
-                    written = journal.last_number
-                    cell.state().save(state_file(file))
-        finally:
-            if file is not None:
-                cell.state().save(state_file(file))
-
-
-def _print(done: "kr5.work.JobRun", truth: "kr5.work.JobTruth", pellets: int, file: Path | None, to: "Console") -> None:
-    """How the job stands, then its figures, then what is so."""
-    from kr5_tools.work import job_tables, journal_tables
-
-    to.print(job_tables.ending_text(done, pellets, file), style="bold", soft_wrap=True, markup=False)
-    s = done.statistics
-    if s.pellets:
-        to.print(tables.make_table("\nPellets", job_tables.PELLET_COLUMNS, job_tables.pellet_rows(s), text=(1,)))
-    if s.phases:
-        to.print(tables.make_table("\nPhases", journal_tables.PHASE_COLUMNS, journal_tables.phase_rows(s)))
-    if s.attempts:
-        rows = journal_tables.attempt_rows(s)
-        to.print(tables.make_table("\nAttempts to insert", journal_tables.ATTEMPT_COLUMNS, rows))
-    to.print(f"\n{job_tables.truth_text(truth)}", soft_wrap=True, markup=False)
-
-
-def _write_page(
-    done: "kr5.work.JobRun",
-    truth: "kr5.work.JobTruth",
-    records: "list[kr5.job.JobRecord]",
-    cell: "kr5.sim.WorkCell",
-    setup: "JobSetup",
-    source: Path,
-    report: Path,
-    to: "Console",
-) -> None:
-    if len(done.rows) < 2:
-        terminal.print_note("no motion, hence no page.")
-        return
-    from kr5_tools.work.run_page import job_page
-
-    with terminal.spinner("drawing"):
-        writing.write_text(job_page(done, truth, records, cell, setup, source), report)
-    to.print(f"{report}: open it in a browser.", soft_wrap=True, markup=False)

@@ -1,0 +1,52 @@
+"""What `kr5 run` prints and writes of a job."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from kr5.files import writing
+
+from kr5_tools.cli import tables, terminal
+from kr5_tools.work import job_tables, journal_tables
+
+if TYPE_CHECKING:
+    import kr5.job
+    import kr5.sim
+    import kr5.work
+
+    from kr5_tools.cli.terminal import Console
+    from kr5_tools.work.job_cell import JobSetup
+
+
+def print_job(
+    done: "kr5.work.JobRun", truth: "kr5.work.JobTruth", pellets: int, file: Path | None, to: "Console"
+) -> None:
+    """How the job stands, then its figures, then what is so."""
+    to.print(job_tables.ending_text(done, pellets, file), style="bold", soft_wrap=True, markup=False)
+    s = done.statistics
+    if s.pellets:
+        to.print(tables.make_table("\nPellets", job_tables.PELLET_COLUMNS, job_tables.pellet_rows(s), text=(1,)))
+    if s.phases:
+        to.print(tables.make_table("\nPhases", journal_tables.PHASE_COLUMNS, journal_tables.phase_rows(s)))
+    if s.attempts:
+        rows = journal_tables.attempt_rows(s)
+        to.print(tables.make_table("\nAttempts to insert", journal_tables.ATTEMPT_COLUMNS, rows))
+    to.print(f"\n{job_tables.truth_text(truth)}", soft_wrap=True, markup=False)
+
+
+def write_page(
+    done: "kr5.work.JobRun",
+    truth: "kr5.work.JobTruth",
+    records: "Sequence[kr5.job.JobRecord]",
+    cell: "kr5.sim.WorkCell",
+    setup: "JobSetup",
+    source: Path,
+    report: Path,
+    to: "Console",
+) -> None:
+    """The page of a job that has moved."""
+    from kr5_tools.work.run_page import job_page
+
+    with terminal.spinner("drawing"):
+        writing.write_text(job_page(done, truth, records, cell, setup, source), report)
+    to.print(f"{report}: open it in a browser.", soft_wrap=True, markup=False)
