@@ -14,7 +14,7 @@ import conftest
 work = pytest.importorskip("kr5.work", reason="this kr5 was built without DART, ViSP, PCL or SQLite")
 
 from kr5_tools.cli import tables
-from kr5_tools.work import job_cell, linked_run
+from kr5_tools.work import job_cell, linked_run, run
 
 
 @pytest.fixture(scope="module")
@@ -85,6 +85,24 @@ def test_faults_need_a_link(run_kr5):
         done = run_kr5("run", "--faults", 1, *words)
         assert done.returncode == 2
         assert "--through-rsi" in done.stderr
+
+
+@pytest.mark.parametrize("option", [("--controller", "krc2"), ("--port", 6008)])
+def test_options_of_a_link_that_would_do_nothing_are_refused(run_kr5, option):
+    alone = run_kr5("run", *option)
+    assert alone.returncode == 2 and f"{option[0]}: belongs to a link; add --through-rsi" in alone.stderr
+    trials = run_kr5("run", "--through-rsi", "--faults", 1, *option)
+    assert trials.returncode == 2 and f"{option[0]}: faults are tried in lock step" in trials.stderr
+
+
+def test_what_the_kernel_did_not_give_is_told_with_its_remedy(capsys):
+    given = rsi.RealTimeStatus(priority="given", locked_memory="given")
+    run.tell_real_time(SimpleNamespace(real_time=given))
+    assert capsys.readouterr().err == ""
+    denied = rsi.RealTimeStatus(priority="denied", locked_memory="given")
+    run.tell_real_time(SimpleNamespace(real_time=denied))
+    told = capsys.readouterr().err
+    assert all(remedy in told for remedy in rsi.real_time_remedies(denied))
 
 
 def test_a_fault_that_did_harm_is_told():

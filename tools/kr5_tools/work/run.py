@@ -64,8 +64,9 @@ def run(
         ),
     ] = False,
     controller: Annotated[
-        Literal["krc2", "krc4_rsi3", "krc4", "krc5", "iiqka"], typer.Option(help="That controller.")
-    ] = "krc4",
+        Literal["krc2", "krc4_rsi3", "krc4", "krc5", "iiqka"] | None,
+        typer.Option(help="That controller.", show_default="krc4"),
+    ] = None,
     port: Annotated[
         int | None,
         typer.Option(min=1, max=65535, help="Port of the link on this computer.", show_default="49152"),
@@ -105,8 +106,9 @@ def run(
     from kr5_tools.work import direct_run, job_output, job_tables, linked_run
     from kr5_tools.work.job_cell import JobSetup, make_cell
 
-    if faults is not None and (not through_rsi or journal_file or report or view):
-        terminal.fail("--faults: needs --through-rsi, and has neither journal nor report nor view")
+    _check_options(
+        through_rsi, {"--controller": controller, "--port": port}, faults, [journal_file, report, view or None]
+    )
     report = report or (PAGE if view else None)
     writing.check_writable(report, json_file, inputs=[cell_file, journal_file])
     writing.check_writable(journal_file, inputs=[cell_file])
@@ -124,8 +126,9 @@ def run(
         _place(cell, options, journal, file)
         seen, link = _seen(stand, in_tube), None
         if through_rsi:
-            linked = linked_run.make_options(options, cell, controller, port)
+            linked = linked_run.make_options(options, cell, controller or "krc4", port)
             linked_job = kr5.work.LinkedJob(cell, options, linked, journal, seen)
+            tell_real_time(linked_job)
             _open(live if linked_job.runs else None, to)
             link = linked_run.work(linked_job, cell, pellets, file, live)
             done = link.job
@@ -151,6 +154,25 @@ def run(
         terminal.open_page(report)
     if not good:
         raise typer.Exit(1)
+
+
+def _check_options(through_rsi: bool, of_link: dict[str, object], faults: int | None, of_job: list[object]) -> None:
+    """Complains of options that would do nothing."""
+    if faults is not None and (not through_rsi or any(value is not None for value in of_job)):
+        terminal.fail("--faults: needs --through-rsi, and has neither journal nor report nor view")
+    for name in (name for name, value in of_link.items() if value is not None):
+        if not through_rsi:
+            terminal.fail(f"{name}: belongs to a link; add --through-rsi, or leave it out")
+        if faults is not None:
+            terminal.fail(f"{name}: faults are tried in lock step with a KR C4, without sockets; leave it out")
+
+
+def tell_real_time(linked_job: "kr5.work.LinkedJob") -> None:
+    """What the kernel did not give to the thread of the link, and how it is permitted."""
+    from kr5 import rsi
+
+    for remedy in rsi.real_time_remedies(linked_job.real_time):
+        terminal.print_note(remedy)
 
 
 @contextlib.contextmanager
