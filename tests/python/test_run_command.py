@@ -12,14 +12,14 @@ from types import SimpleNamespace
 import kr5
 import numpy as np
 import pytest
-from kr5 import job
+from kr5 import job, logs
 from kr5.cell import load_cell
 
 work = pytest.importorskip("kr5.work", reason="this kr5 was built without DART, ViSP, PCL or SQLite")
 
 from kr5 import sim
 
-from kr5_tools.work import job_cell, job_tables, remedies, run_page
+from kr5_tools.work import job_cell, job_log, job_tables, remedies, run_page
 
 
 @pytest.fixture(scope="module")
@@ -86,6 +86,24 @@ def test_the_page_shows_phases_forces_and_pellets(given, tmp_path):
         assert text in page
 
 
+@pytest.mark.parametrize("ending", [".csv", ".mcap"])
+def test_the_log_of_a_job_is_read_as_one_of_the_arm(given, share, tmp_path, ending):
+    if ending == ".mcap":
+        pytest.importorskip("mcap", reason="pip install 'kr5[mcap]'")
+    cell, runner = begun(given, tmp_path, 900)
+    rows = runner.result().rows
+    file = tmp_path / f"job{ending}"
+    job_log.write_job_log(rows, file)
+    recording = logs.read_logs(file, share / "cells/kr5_arc.yaml").recording
+    parts = recording.experiments
+    read = {name: np.concatenate([part[name] for part in parts]) for name in parts[0].data.columns}
+    cycles = np.round(read["t"] / cell.cycle).astype(int)
+    assert len(cycles) > 800
+    for joint in range(1, given.robot.joints + 1):
+        assert np.allclose(read[f"qc{joint}"], rows[f"q{joint}"][cycles], atol=1e-3)  # they are smoothed
+        assert np.allclose(read[f"i{joint}"], rows[f"i{joint}"][cycles], atol=1e-9)
+
+
 def test_an_interrupted_job_goes_on_where_it_was_and_ends(run_kr5, tmp_path):
     command = ("run", "--pellets", 1, "--seed", 5, "--journal", "job.db")
     words = [sys.executable, "-m", "kr5_tools", *map(str, command)]
@@ -109,7 +127,7 @@ def test_an_interrupted_job_goes_on_where_it_was_and_ends(run_kr5, tmp_path):
 
 
 def test_a_job_is_shown_as_it_runs_and_then_its_page(tmp_path):
-    words = [sys.executable, "-m", "kr5_tools", "run", "--pellets", "1", "--seed", "5", "--view"]
+    words = [sys.executable, "-m", "kr5_tools", "run", "--pellets", "1", "--seed", "5", "--view", "--log", "job.csv"]
     with subprocess.Popen(words, cwd=tmp_path, stdout=subprocess.PIPE, text=True) as command:
         address = command.stdout.readline().split()[-1]
         with urllib.request.build_opener(urllib.request.ProxyHandler({})).open(f"{address}stream") as stream:
@@ -122,6 +140,8 @@ def test_a_job_is_shown_as_it_runs_and_then_its_page(tmp_path):
     assert last["look"] == "good" and last["text"] in printed
     assert "job.html: open it in a browser." in printed
     assert (tmp_path / "job.html").stat().st_size > 10_000
+    text = (tmp_path / "job.csv").read_text().splitlines()
+    assert text[0].startswith("t,q1,") and f"job.csv: {len(text) - 1} rows." in printed
 
 
 def test_a_latched_stop_is_told_with_its_remedy(run_kr5, tmp_path):
@@ -151,6 +171,7 @@ def test_a_latched_stop_is_told_with_its_remedy(run_kr5, tmp_path):
     [
         (("--pellets", 0), "pellets"),
         (("--report", "page.txt"), "expected .html"),
+        (("--log", "job.txt"), "expected .csv or .mcap"),
         (("none.yaml",), "none.yaml"),
         (("--journal", "nowhere/job.db"), "nowhere"),
     ],

@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import typer
 from kr5 import rsi
 from kr5.files import writing
+from kr5.logs.row_log import Put, check_ending, row_log
 from rich.console import Group, RenderableType
 from rich.live import Live
 from rich.text import Text
@@ -25,7 +26,6 @@ from kr5_tools.cli.link_options import (
     listening_layout,
 )
 from kr5_tools.cli.options import options_from
-from kr5_tools.rsi.row_log import Put, check_ending, row_log
 from kr5_tools.rsi.timing_table import TIMING_COLUMNS, timing_rows
 
 PERIOD = 0.1  # [s] between two looks at what came
@@ -78,7 +78,7 @@ def monitor(
         terminal.print_note(remedy)
     faulty: deque[rsi.FaultyTelegram] = deque(maxlen=SHOWN_FAULTS)
     with contextlib.ExitStack() as ending:  # once it is stopped, nothing is to break what is left to be done
-        with row_log(log, reader.names) as put:
+        with row_log(log, reader.names, "rsi") as put:
             rows = _watch(recorder, reader, put, faulty, seconds)
             ending.enter_context(shielded())
         statistics = recorder.statistics()

@@ -34,6 +34,14 @@ def print_job(
     to.print(f"\n{job_tables.truth_text(truth)}", soft_wrap=True, markup=False)
 
 
+def write_log(done: "kr5.work.JobRun", log: Path, to: "Console") -> None:
+    """The log of the joints."""
+    from kr5_tools.work.job_log import write_job_log
+
+    write_job_log(done.rows, log)
+    to.print(f"{log}: {len(done.rows)} rows.", soft_wrap=True, markup=False)
+
+
 def write_page(
     done: "kr5.work.JobRun",
     truth: "kr5.work.JobTruth",

@@ -92,6 +92,14 @@ def run(
         Path | None,
         typer.Option(metavar="PAGE.html", help="Page with a 3D replay, time line, forces and attempts by pellet."),
     ] = None,
+    log: Annotated[
+        Path | None,
+        typer.Option(
+            "--log",
+            metavar="FILE",
+            help="Log of positions and currents of the joints, for `kr5 gap diagnose`: FILE.csv or FILE.mcap.",
+        ),
+    ] = None,
     json_file: arguments.JsonOption = None,
 ) -> None:
     """The job from bin to tube in a simulated cell: scan, pick, put upright, regrip, find the tube, search, insert.
@@ -101,18 +109,20 @@ def run(
     deeper. Exit code 1 when a pellet is not inserted or the job has stopped, 2 for bad input.
     """
     import kr5.work
+    from kr5.logs.row_log import check_ending
 
     from kr5_tools.insertion.task import load_cell
     from kr5_tools.work import direct_run, job_output, job_tables, linked_run
     from kr5_tools.work.job_cell import JobSetup, make_cell
 
     _check_options(
-        through_rsi, {"--controller": controller, "--port": port}, faults, [journal_file, report, view or None]
+        through_rsi, {"--controller": controller, "--port": port}, faults, [journal_file, report, view or None, log]
     )
     report = report or (PAGE if view else None)
-    writing.check_writable(report, json_file, inputs=[cell_file, journal_file])
+    writing.check_writable(report, log, json_file, inputs=[cell_file, journal_file])
     writing.check_writable(journal_file, inputs=[cell_file])
     writing.check_page(report)
+    check_ending(log)
     given, source = load_cell(cell_file)
     setup = JobSetup(pellets, seed, errors)
     if faults is not None:
@@ -143,9 +153,11 @@ def run(
     job_output.print_job(done, truth, pellets, journal_file, to)
     if link is not None:
         linked_run.print_link(link, linked.layout, to)
-    if report and len(done.rows) < 2:
-        terminal.print_note("no motion, hence no page.")
-        report = None
+    if (report or log) and len(done.rows) < 2:
+        terminal.print_note("no motion, hence neither page nor log.")
+        report = log = None
+    if log:
+        job_output.write_log(done, log, to)
     if report:
         job_output.write_page(done, truth, records, cell, setup, source, report, to)
     writing.write_json(job_tables.as_dict(setup.job_id(given), done, truth, link), json_file)
@@ -159,7 +171,7 @@ def run(
 def _check_options(through_rsi: bool, of_link: dict[str, object], faults: int | None, of_job: list[object]) -> None:
     """Complains of options that would do nothing."""
     if faults is not None and (not through_rsi or any(value is not None for value in of_job)):
-        terminal.fail("--faults: needs --through-rsi, and has neither journal nor report nor view")
+        terminal.fail("--faults: needs --through-rsi, and has neither journal, report, view nor log")
     for name in (name for name, value in of_link.items() if value is not None):
         if not through_rsi:
             terminal.fail(f"{name}: belongs to a link; add --through-rsi, or leave it out")
