@@ -181,7 +181,7 @@ static void bind_cell_itself(py::module_& m) {
         "Writes a cell in the form in which it was read; numbers read back exactly.");
 }
 
-static void bind_recording(py::module_& m) {
+static void bind_columns(py::module_& m) {
   bind_enum<Kind>(m, "Kind", "Kind of an experiment.");
   bind_enum<Role>(m, "Role", "Role of a column: given | predicted.");
   bind_enum<Split>(m, "Split", "Use of the data: fit | check.");
@@ -196,6 +196,9 @@ static void bind_recording(py::module_& m) {
       py::arg("name"), "Column of a kind by its name, also rx ry rz. Raises InvalidArgument for an unknown one.");
   m.def("run_column", &run_column, py::arg("kind"),
         "Column whose values keep a file's runs apart (`run`, `view`, ...); empty for a motion, which has one.");
+}
+
+static void bind_recording(py::module_& m) {
   bind_struct<Experiment>(m, "Experiment", "Experiment: one file of a recording.")
       .def_property(
           "data", [](const Experiment& e) { return e.data; },
@@ -333,6 +336,7 @@ void bind_cell(py::module_& m) {
   bind_cell_itself(m);
   bind_urdf(m);
   bind_arm_links(m);
+  bind_columns(m);
   bind_recording(m);
   bind_simulator(m);
   using Problems = std::vector<kr5::io::Diagnostic>;

@@ -127,7 +127,7 @@ void bind_profile(py::module_& m) {
         "Direction of the hole from the moments of a turn: over the cusp the point of contact changes sides.");
 }
 
-void bind_control(py::module_& m) {
+void bind_force_loops(py::module_& m) {
   bind_enum<CorrectionReference>(m, "CorrectionReference", "Reference pose of a correction: start | actual.");
   bind_struct<ForceLoopOptions>(m, "ForceLoopOptions", "Options of ForceLoop.")
       .def("compensator", &ForceLoopOptions::compensator, "Factor on the reference (eq. 5.17).")
@@ -155,6 +155,9 @@ void bind_control(py::module_& m) {
           "True when a limit, or a reading that is not finite, holds the correction back.")
       .def_property_readonly(
           "correction", [](const AxisForceControl& self) { return self.loop().correction(); }, "Last correction [m].");
+}
+
+void bind_compliance(py::module_& m) {
   bind_struct<GuardedMoveOptions>(m, "GuardedMoveOptions", "Options of GuardedMove.")
       .def("safe_speed", &GuardedMoveOptions::safe_speed,
            "Greatest contact speed for which the force stays within `max_force` [m/s].");
@@ -183,6 +186,9 @@ void bind_control(py::module_& m) {
       .def("weight", &WrenchConditioner::weight, py::arg("R_base_sensor"),
            "Reading of the weight alone, in S [N, N m].")
       .def_property_readonly("delay", &WrenchConditioner::delay, "Delay of the filter [s].");
+}
+
+void bind_safety(py::module_& m) {
   bind_struct<SafetyLimits>(m, "SafetyLimits", "Limits of SafetyStop.");
   bind_enum<Violation>(m, "Violation", "Reason for a stop of the arm.");
   py::class_<SafetyStop>(m, "SafetyStop", "Monitoring of every cycle; the first violation stays until reset().")
@@ -243,6 +249,8 @@ void bind_force(py::module_& m) {
   bind_rest(m);
   bind_contacts(m);
   bind_profile(m);
-  bind_control(m);
+  bind_force_loops(m);
+  bind_compliance(m);
+  bind_safety(m);
   bind_insertion(m);
 }

@@ -295,16 +295,10 @@ void bind_joint_fit(py::module_& m) {
       "InvalidArgument for an effect that is not in the catalogue or has several parameters.");
 }
 
-void bind_trials(py::module_& m) {
+void bind_residuals(py::module_& m) {
   bind_struct<NoiseOverride>(m, "NoiseOverride", "Noise that differs from what the cell of a recording declares.");
   bind_struct<ResidualColumn>(m, "ResidualColumn", "Residuals of one column of one experiment, row by row.");
   bind_struct<JudgedColumn>(m, "JudgedColumn", "Gap of a column over the experiments that judge it.");
-  bind_struct<ColumnEvidence>(m, "ColumnEvidence", "What a cause explains of a column.");
-  bind_struct<ExperimentEvidence>(m, "ExperimentEvidence", "What a cause explains of an experiment.");
-  bind_struct<CauseEvidence>(m, "CauseEvidence", "What residuals say of a cause of a diagnosis.");
-  bind_struct<EffectFitOptions>(m, "EffectFitOptions", "Options of fit_effects and fit_best_effects.");
-  bind_struct<EffectFit>(m, "EffectFit",
-                         "Effect fitted to the fit experiments and evaluated on the check experiments.");
   m.def(
       "residual_columns",
       [](const RecordingSource& recording, const py::object& simulator, const std::vector<kr5::cell::Cell>& cells,
@@ -340,6 +334,12 @@ void bind_trials(py::module_& m) {
       py::arg("recording"), py::arg("columns"), py::arg("which") = 0,
       "Gap of every column over the experiments that judge it (those to check, all where none is): list of "
       "JudgedColumn. `columns`: of residual_columns; `which`: column of `residuals`.");
+}
+
+void bind_evidence(py::module_& m) {
+  bind_struct<ColumnEvidence>(m, "ColumnEvidence", "What a cause explains of a column.");
+  bind_struct<ExperimentEvidence>(m, "ExperimentEvidence", "What a cause explains of an experiment.");
+  bind_struct<CauseEvidence>(m, "CauseEvidence", "What residuals say of a cause of a diagnosis.");
   m.def(
       "cause_evidence",
       [](const RecordingSource& recording, const std::vector<ResidualColumn>& columns, int without, int with_all) {
@@ -356,6 +356,12 @@ void bind_trials(py::module_& m) {
       py::arg("cell"), py::arg("effect"), py::arg("parameters"),
       "By how many standard deviations the best known number that tells the size of an effect differs from the value "
       "at which the effect is off [-]; None where none is known. `effect`: EffectName or its text.");
+}
+
+void bind_effect_fits(py::module_& m) {
+  bind_struct<EffectFitOptions>(m, "EffectFitOptions", "Options of fit_effects and fit_best_effects.");
+  bind_struct<EffectFit>(m, "EffectFit",
+                         "Effect fitted to the fit experiments and evaluated on the check experiments.");
   m.def(
       "fit_effects",
       [](const RecordingSource& recording, const std::vector<NameText>& effects,
@@ -460,7 +466,9 @@ void bind_gap(py::module_& m) {
   bind_typical_effect(m);
   bind_diagnosis(m);
   bind_joint_fit(m);
-  bind_trials(m);
+  bind_residuals(m);
+  bind_evidence(m);
+  bind_effect_fits(m);
   bind_plan(m);
   bind_struct<ColumnGap>(m, "ColumnGap", "Gap of one column of one experiment.");
   bind_struct<GapPart>(m, "GapPart", "Gap of all columns that share a property.");

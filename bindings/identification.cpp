@@ -86,7 +86,7 @@ void bind_drives(py::module_& m) {
 
 }  // namespace
 
-static void bind_gravity(py::module_& m) {
+static void bind_carried_masses(py::module_& m) {
   using kr5::python::bind_struct;
   bind_struct<CarriedMass>(m, "CarriedMass", "Mass that a joint carries.");
   m.def(
@@ -102,6 +102,10 @@ static void bind_gravity(py::module_& m) {
          const Eigen::Vector3d& gravity) { return holding_torques(chain, carried, q, gravity); },
       py::arg("chain"), py::arg("carried"), py::arg("q"), py::arg("gravity") = Eigen::Vector3d(0.0, 0.0, -9.81),
       "Torques that hold these masses [N m or N]; gravity in B [m/s^2].");
+}
+
+static void bind_gravity(py::module_& m) {
+  using kr5::python::bind_struct;
   bind_struct<GravityOptions>(m, "GravityOptions", "Options of identify_gravity.");
   bind_struct<GravityPrediction>(m, "GravityPrediction", "Torques that hold a posture.");
   bind_struct<GravityModel>(m, "GravityModel", "Mass moments of an arm that its joint torques determine.")
@@ -119,6 +123,10 @@ static void bind_gravity(py::module_& m) {
         "Identifies the mass moments of any arm from slow motions, friction separated by the two directions (Hayat et "
         "al.\n"
         "2022, section 5.2).");
+}
+
+static void bind_planar_gravity(py::module_& m) {
+  using kr5::python::bind_struct;
   bind_struct<GravityAngle>(m, "GravityAngle", "Angle of which the gravity torque of a joint is a harmonic.");
   m.def(
       "gravity_angles", &gravity_angles, py::arg("chain"), py::arg("q"),
@@ -136,6 +144,10 @@ static void bind_gravity(py::module_& m) {
       py::arg("motion"), py::arg("angles"), py::arg("options") = GravityOptions{},
       "Fits one harmonic a joint to slow motions, the joint nearest to the flange first (Hayat et al. 2022, eqs. 5.5\n"
       "to 5.7).");
+}
+
+static void bind_passive_limits(py::module_& m) {
+  using kr5::python::bind_struct;
   bind_struct<PassiveLimitOptions>(m, "PassiveLimitOptions", "Options of passive_limits.");
   bind_struct<PassiveLimits>(m, "PassiveLimits", "Current limits with which an obstructed arm gives way.");
   m.def(
@@ -390,7 +402,10 @@ void bind_identification(py::module_& m) {
   m.doc() = "Identification of an arm's dynamics, drives and sensors from its logs.";
   bind_struct<JointMotion>(m, "JointMotion", "Measured motion of an arm with its joint torques.")
       .def("validate", &JointMotion::validate, "Raises InvalidArgument naming field and row.");
+  bind_carried_masses(m);
   bind_gravity(m);
+  bind_planar_gravity(m);
+  bind_passive_limits(m);
   bind_excitation(m);
   bind_elasticity(m);
   bind_servo(m);

@@ -245,7 +245,7 @@ static void bind_pile(py::module_& m) {
         "that no other pellet hides, over the whole; by vertical rays `spacing` apart [m].");
 }
 
-static void bind_bin_sensors(py::module_& m) {
+static void bind_bin_scan(py::module_& m) {
   m.attr("BIN_WALL") = py::int_(static_cast<int>(BinWall));
   m.attr("BIN_FLOOR") = py::int_(static_cast<int>(BinFloor));
   m.attr("BIN_NOTHING") = py::int_(static_cast<int>(BinNothing));
@@ -292,6 +292,9 @@ static void bind_bin_sensors(py::module_& m) {
         py::call_guard<py::gil_scoped_release>(),
         "Scans a bin: a profile at each time of a path. A profile with a delay was taken that much earlier, at a pose "
         "interpolated on the path.");
+}
+
+static void bind_bin_image(py::module_& m) {
   bind_struct<BinImageOptions>(m, "BinImageOptions", "Light and surfaces of a picture of pellets in a bin.");
   m.def("camera_above", &camera_above, py::arg("bin"), py::arg("height"),
         "Pose in the base of a camera above the middle of a bin, looking straight down, its X along that of the bin; "
@@ -389,6 +392,7 @@ void bind_sim(py::module_& m) {
   bind_scene(m);
   bind_insertion(m);
   bind_pile(m);
-  bind_bin_sensors(m);
+  bind_bin_scan(m);
+  bind_bin_image(m);
   bind_work_cell(m);
 }

@@ -75,33 +75,43 @@ def compare(find):
     return hits, expected, false
 
 
-def main():
-    parser = arguments.parser(__doc__)
-    parser.add_argument("build", type=Path, help="folder of a C++ build with KR5_BUILD_BENCH")
-    parser.add_argument("--repeat", type=int, default=7)
-    given = parser.parse_args()
-    repeat = given.repeat
-    cv2.setNumThreads(1)
+def made_image():
+    """A picture of 35 markers with noise, of 5 Mpx."""
     camera = kr5.Pinhole(width=2592, height=1944, fx=2600, fy=2600, cx=1295.5, cy=971.5)
     T = np.eye(4)
     T[:3, :3] = kr5.exp_rotation([0.3, 0.2, 0.0])
     T[:3, 3] = -0.13, -0.1, 0.45
     board = vision.PlacedTarget(target=kr5.parse_target("grid:36h11:5x7:0.03:0.01"), T_camera_target=T)
-    image = vision.render([board], camera, vision.RenderOptions(blur=0.8, noise=2, clutter=10))
-    finders = {"kr5": by_kr5, "AprilTag": by_apriltag, "OpenCV": by_opencv}
-    seen = {name: len(find(image)) for name, find in finders.items()}
+    return vision.render([board], camera, vision.RenderOptions(blur=0.8, noise=2, clutter=10))
+
+
+def processor_times(finders, image, repeat):
+    """Of each finder [ms]; in turns, so that what slows the machine slows all."""
     times = {name: [] for name in finders}
-    for _ in comparison.progress(range(repeat), "Timing"):  # in turns: what slows the machine slows both
+    for _ in comparison.progress(range(repeat), "Timing"):
         for name, find in finders.items():
             start = time.process_time()
             find(image)
             times[name].append(1e3 * (time.process_time() - start))
+    return times
+
+
+def main():
+    parser = arguments.parser(__doc__)
+    parser.add_argument("build", type=Path, help="folder of a C++ build with KR5_BUILD_BENCH")
+    parser.add_argument("--repeat", type=int, default=7)
+    given = parser.parse_args()
+    cv2.setNumThreads(1)
+    image = made_image()
+    finders = {"kr5": by_kr5, "AprilTag": by_apriltag, "OpenCV": by_opencv}
+    seen = {name: len(find(image)) for name, find in finders.items()}
+    times = processor_times(finders, image, given.repeat)
     found = {name: compare(find) for name, find in finders.items()}
     text = {name: "{} of {}, {} false".format(*f) for name, f in found.items()}
     hits, expected, false = found["kr5"]
     slower = {name: comparison.mean_difference(times["kr5"], times[name]) for name in ("AprilTag", "OpenCV")}
     median = {name: f"{np.median(t):.0f} ms" for name, t in times.items()}
-    visp_ratio, visp_found = beside_visp(given.build, repeat)
+    visp_ratio, visp_found = beside_visp(given.build, given.repeat)
     comparison.print_comparisons(
         [
             comparison.Row(

@@ -116,6 +116,24 @@ std::string use_measured_text(const LogProblem& problem) {
          " the commanded positions of the joints, or, where efforts were logged, take what was measured for the motion";
 }
 
+/// What was found where commands are none that a servo follows.
+std::string found_commands_text(const LogProblem& problem) {
+  switch (problem.kind) {
+    case LogProblemKind::CommandsMeasured:
+      return problem.found > 0 ? "the positions that are measured " + printed("%g", problem.found) +
+                                     (problem.found > 1 ? " rows" : " row") + " later, in every row"
+                               : std::string("the measured positions, in every row");
+    case LogProblemKind::CommandsAreSpeeds:
+      return "commands that the speeds of the joints follow, not their positions (correlation " +
+             printed("%.2f", problem.found) + ")";
+    case LogProblemKind::CommandsScaled:
+      return "positions that follow with " + printed("%.3g", problem.found) + " to " +
+             printed("%.3g", problem.found_to) + " times the command, or from another zero";
+    default:
+      return "commands that the joints do not follow (correlation " + printed("%.2f", problem.found) + " at most)";
+  }
+}
+
 }  // namespace
 
 std::string found_text(const LogProblem& problem, const cell::Cell& cell) {
@@ -128,17 +146,10 @@ std::string found_text(const LogProblem& problem, const cell::Cell& cell) {
       return "that it follows qc" + std::to_string(problem.other + 1) + ", and is " + printed("%.3g", problem.found) +
              " from qc" + std::to_string(problem.joint + 1);
     case LogProblemKind::CommandsMeasured:
-      return problem.found > 0 ? "the positions that are measured " + printed("%g", problem.found) +
-                                     (problem.found > 1 ? " rows" : " row") + " later, in every row"
-                               : std::string("the measured positions, in every row");
     case LogProblemKind::CommandsAreSpeeds:
-      return "commands that the speeds of the joints follow, not their positions (correlation " +
-             printed("%.2f", problem.found) + ")";
     case LogProblemKind::CommandsScaled:
-      return "positions that follow with " + printed("%.3g", problem.found) + " to " +
-             printed("%.3g", problem.found_to) + " times the command, or from another zero";
     case LogProblemKind::CommandsUnlike:
-      return "commands that the joints do not follow (correlation " + printed("%.2f", problem.found) + " at most)";
+      return found_commands_text(problem);
     case LogProblemKind::NeverMoves:
       return "a joint that moves by " + printed("%.2g", problem.found) + " " + position_unit(cell, problem.joint);
     case LogProblemKind::StopsFollowing:
