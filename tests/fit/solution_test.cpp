@@ -88,6 +88,10 @@ TEST_CASE("what the measurements do not determine is named, and nothing else") {
       CHECK((coordinate == "arm.joint1.b [m]" || coordinate == "base.z [m]" ||
              coordinate == "arm.joint1.theta_offset [rad]" || coordinate == "base.rz [rad]"));
     }
+  for (const UnidentifiableDirection& direction : result.unidentifiable) {
+    CHECK((direction.involves("arm") && direction.involves("base")));
+    CHECK_FALSE((direction.involves("ar") || direction.involves("arm.joint2") || direction.involves("")));
+  }
   CHECK_THAT(result.unidentifiable[0].text, Contains("only together"));
   const int a = result.places(arm)[7];
   CHECK(result.covariance(a, a) > 0);
@@ -102,6 +106,8 @@ TEST_CASE("a prior holds what the measurements leave open, and its redundancy te
   fit.set_prior(p, Eigen::Vector3d(0.1, 0.1, std::numeric_limits<double>::infinity()));
   fit.add(PositionMeasurement({}, p, Eigen::Vector3d(1, 1, 1), 0.1));
   const Solution result = fit.solve();
+  CHECK(result.free_coordinates().at(4).text() == "p.y [m]");
+  CHECK(result.coordinates.at(4) == "p.y [m]");
   CHECK((fit.values(p) - Eigen::Vector3d(0.5, 0.5, 1)).norm() < 1e-7);
   CHECK(fit.values(v).norm() < 1e-12);
   CHECK(result.prior_redundancy(fit, p)[0] == Approx(0.5));

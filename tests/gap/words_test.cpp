@@ -38,6 +38,8 @@ TEST_CASE("columns, parts and targets are named, and what is not known stands as
   CHECK(gap::part_text("laser") == "scanner");
   CHECK(gap::target_text("servo") == "path correction");
   CHECK(gap::target_text("motor5") == "motor 5");
+  CHECK(gap::target_text("fx") == "force x");
+  CHECK(gap::target_text("ty") == "torque about y");
 }
 
 TEST_CASE("effects are named with their targets, those of many joints together") {
@@ -45,6 +47,7 @@ TEST_CASE("effects are named with their targets, those of many joints together")
   CHECK(gap::effect_text({"viscous_friction", "joint2"}) == label + " of joint 2");
   CHECK(gap::effects_text("viscous_friction", {"joint1", "joint3", "joint4"}) == label + " of joints 1, 3 and 4");
   CHECK(gap::effects_text("viscous_friction", {}) == label);
+  CHECK(gap::effects_text("viscous_friction", {"joint1", "tool"}) == label + " of joint 1 and " + label + " (tool)");
   CHECK(gap::joint_name({"a", "elbow"}, "joint2") == "elbow");
   CHECK(gap::joint_name({"joint_1"}, "joint1").empty());  // but its number
   CHECK(gap::joint_name({"a"}, "joint2").empty());

@@ -54,14 +54,18 @@ struct Builder {
   /// A force acts on what `force_targets` says in this order, or is a component of the wrench like any other.
   void wrench(const std::string& where, const std::map<std::string, std::string>& force_targets = {}) {
     const std::string sensor = "wrist sensor";
+    const auto add = [&](const Part& part, const std::string& name, const char* unit, const char* noise,
+                         const char* channel, const std::string& component) {
+      predicted(part, name, unit, noise, channel, component + " " + where, "wrench");
+      list.back().component = component;
+    };
     for (const std::string axis : {"x", "y", "z"}) {
       const auto target = force_targets.find("f" + axis);
-      predicted({target == force_targets.end() ? "f" + axis : target->second, sensor}, "f" + axis, "N", "force",
-                "force", "force " + axis + " " + where, "wrench");
+      add({target == force_targets.end() ? "f" + axis : target->second, sensor}, "f" + axis, "N", "force", "force",
+          "force " + axis);
     }
     for (const std::string axis : {"x", "y", "z"})
-      predicted({"t" + axis, sensor}, "t" + axis, "N m", "torque", "moment", "torque about " + axis + " " + where,
-                "wrench");
+      add({"t" + axis, sensor}, "t" + axis, "N m", "torque", "moment", "torque about " + axis);
   }
 };
 

@@ -10,13 +10,20 @@
 namespace kr5::fit {
 namespace {
 
+/// Of a name as callers write it, "q3 [rad]".
+FitCoordinate coordinate_of(const std::string& block, const std::string& written) {
+  const std::size_t space = written.find(" [");
+  if (space == std::string::npos || !written.ends_with("]")) return {block, written, ""};
+  return {block, written.substr(0, space), written.substr(space + 2, written.size() - space - 3)};
+}
+
 Block with(BlockKind kind, const std::string& name, const Eigen::VectorXd& values,
            const std::vector<std::string>& coordinates) {
   require(values.allFinite(), name + ": start must be finite");
   Block block;
   block.kind = kind;
   block.name = name;
-  for (const std::string& coordinate : coordinates) block.coordinates.push_back(name + "." + coordinate);
+  for (const std::string& coordinate : coordinates) block.coordinates.push_back(coordinate_of(name, coordinate));
   block.values = block.start = values;
   block.held.assign(coordinates.size(), false);
   block.leader.resize(coordinates.size());

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include <kr5/fit/pose_chain.hpp>
+#include <kr5/fit/solution.hpp>
 #include <kr5/geometry/pinhole.hpp>
 #include <kr5/kinematics/dh_chain.hpp>
 
@@ -20,7 +21,7 @@ enum class BlockKind { Pose, Arm, Point, Vector, Camera };
 struct Block {
   BlockKind kind = BlockKind::Vector;
   std::string name;
-  std::vector<std::string> coordinates;
+  std::vector<FitCoordinate> coordinates;
   Eigen::VectorXd values;
   Eigen::VectorXd start;    ///< Values when the block was added.
   std::vector<bool> held;   ///< By coordinate.
@@ -61,6 +62,7 @@ void from_pose(const Pose& T, double* values);
 Block pose_block(const std::string& name, const Pose& start);
 Block arm_block(const std::string& name, const kinematics::DhChain& start);
 Block point_block(const std::string& name, const Eigen::Vector3d& start);
+/// Coordinates are named with their units: "q3 [rad]".
 Block vector_block(const std::string& name, const Eigen::VectorXd& start, const std::vector<std::string>& coordinates);
 Block camera_block(const std::string& name, const Pinhole& start);
 

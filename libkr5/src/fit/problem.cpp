@@ -91,7 +91,7 @@ bool Problem::hold(const std::string& name) {
       return true;
     }
     for (std::size_t i = 0; i < b.coordinates.size() && !b.nuisance; ++i)
-      if (b.coordinates[i].substr(0, b.coordinates[i].find(" [")) == name) {
+      if (b.coordinates[i].full_name() == name) {
         b.hold(static_cast<int>(i));
         return true;
       }
@@ -139,7 +139,7 @@ Solution Problem::solve(const SolveOptions& options) {
   data_->free = data_->number_coordinates();
   Solution out;
   out.free_ = data_->free;
-  out.coordinates = out.free_.names;
+  for (const FitCoordinate& coordinate : out.free_.list) out.coordinates.push_back(coordinate.text());
   minimise(*data_, options, out);
   if (options.uncertainty) out.add_uncertainty(*this, options.rank_tolerance);
   return out;
@@ -168,7 +168,7 @@ std::optional<MeasurementDerivatives> Problem::derivatives(FitMeasurement measur
   if (data_->free.places.empty()) data_->free = data_->number_coordinates();
   auto at = linearise(*data_, data_->free, {&e}, condensed, 1.0);
   if (!at) return std::nullopt;
-  const auto n = static_cast<Eigen::Index>(data_->free.names.size());
+  const auto n = static_cast<Eigen::Index>(data_->free.list.size());
   MeasurementDerivatives out{std::move(at->r), Eigen::MatrixXd::Zero(at->J.rows(), n), std::move(at->N)};
   for (std::size_t k = 0; k < at->index.size(); ++k)  // tied coordinates share a place
     out.by_coordinate.col(at->index[k]) += at->J.col(static_cast<Eigen::Index>(k));

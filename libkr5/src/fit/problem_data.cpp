@@ -85,12 +85,12 @@ FreeCoordinates ProblemData::number_coordinates() const {
     places.assign(static_cast<std::size_t>(block.size()), -1);
     if (block.nuisance || !(used[b] || block.prior.size())) continue;
     for (const int i : block.free()) {
-      places[static_cast<std::size_t>(i)] = static_cast<int>(out.names.size());
-      out.names.push_back(block.coordinates[static_cast<std::size_t>(i)]);
+      places[static_cast<std::size_t>(i)] = static_cast<int>(out.list.size());
+      out.list.push_back(block.coordinates[static_cast<std::size_t>(i)]);
     }
     for (std::size_t i = 0; i < places.size(); ++i) places[i] = places[static_cast<std::size_t>(block.leader[i])];
   }
-  require(!out.names.empty(), "Problem: no parameter is free");
+  require(!out.list.empty(), "Problem: no parameter is free");
   out.of_nuisance.assign(blocks.size(), {});
   for (std::size_t i = 0; i < entries.size(); ++i)
     if (entries[i].weight > 0 && entries[i].nuisance >= 0)

@@ -80,7 +80,7 @@ void name_unidentifiable(const Eigen::MatrixXd& open, Solution& solution) {
 
 /// Information of the measurements on the free coordinates, nuisances eliminated.
 Eigen::MatrixXd data_information(const ProblemData& data, const FreeCoordinates& free) {
-  const auto n = static_cast<Eigen::Index>(free.names.size());
+  const auto n = static_cast<Eigen::Index>(free.list.size());
   Eigen::MatrixXd H = Eigen::MatrixXd::Zero(n, n);
   for (const auto& group : groups(data, free)) {
     const auto at = linearise(data, free, group, true);
@@ -95,7 +95,7 @@ Eigen::MatrixXd data_information(const ProblemData& data, const FreeCoordinates&
 }
 
 Eigen::MatrixXd prior_information(const ProblemData& data, const FreeCoordinates& free) {
-  const auto n = static_cast<Eigen::Index>(free.names.size());
+  const auto n = static_cast<Eigen::Index>(free.list.size());
   Eigen::MatrixXd out = Eigen::MatrixXd::Zero(n, n);
   for (std::size_t b = 0; b < data.blocks.size(); ++b) {
     const Block& block = data.blocks[b];
@@ -124,6 +124,11 @@ double squared_distance(const Eigen::MatrixXd& Q, const Eigen::VectorXd& residua
 }
 
 }  // namespace
+
+bool UnidentifiableDirection::involves(std::string_view block) const {
+  const std::string start = std::string(block) + ".";
+  return std::ranges::any_of(coordinates, [&](const std::string& coordinate) { return coordinate.starts_with(start); });
+}
 
 std::vector<int> Solution::places(FitBlock block) const {
   require(!free_.places.empty(), "Solution: solve() of the problem comes first");
@@ -194,7 +199,7 @@ SquaredResiduals Solution::squared_residuals(const Problem& problem, std::span<c
                                              int first_row, int end_row) const {
   require(!free_.places.empty(), "Solution: solve() of the problem comes first");
   const ProblemData& data = *problem.data_;
-  const auto n = static_cast<Eigen::Index>(free_.names.size());
+  const auto n = static_cast<Eigen::Index>(free_.list.size());
   SquaredResiduals out{.gradient = Eigen::VectorXd::Zero(n), .information = Eigen::MatrixXd::Zero(n, n)};
   for (const FitMeasurement handle : measurements) {
     const StoredMeasurement& e = data.entry(handle);

@@ -55,6 +55,12 @@ std::string label_of(const std::string& effect) {
   }
 }
 
+/// Whether a label of an effect leaves open on what it sits.
+bool leaves_target_open(const std::string& label, const std::string& target) {
+  static const std::set<std::string> only_one = {"drives", "links", "base", "servo"};
+  return label.find(target_text(target)) == std::string::npos && !only_one.contains(target);
+}
+
 /// The label of a column in a kind of experiment, or in any; its name where none has it.
 std::string label_of_column(const std::string& column, const std::string& of_kind) {
   for (const auto& [kind, name] : enum_names(cell::Kind{}))
@@ -179,30 +185,27 @@ std::string part_text(const std::string& part) {
 std::string target_text(const std::string& target) {
   static const std::map<std::string, std::string> targets = {
       {"force_torque", "force sensor"}, {"servo", "path correction"}, {"laser", "scanner"}};
-  if (const cell::Column* component = wrench_component(target))
-    return component->label.substr(0, component->label.find(" at "));
+  if (const cell::Column* column = wrench_component(target)) return column->component;
   const auto found = targets.find(target);
   return found == targets.end() ? numbered_text(target) : found->second;
 }
 
 std::string effect_text(const EffectName& name) {
-  static const std::set<std::string> only_one = {"drives", "links", "base", "servo"};
   const std::string label = label_of(name.effect), target = target_text(name.target);
-  if (label.find(target) != std::string::npos || only_one.contains(name.target)) return label;
+  if (!leaves_target_open(label, name.target)) return label;
   return is_joint(name.target) ? label + " of " + target : label + " (" + target + ")";
 }
 
 std::string effects_text(const std::string& effect, const std::vector<std::string>& targets) {
   if (targets.empty()) return label_of(effect);
-  const std::string one = effect_text({effect, targets[0]}), first = target_text(targets[0]);
-  const std::string word = split_number(targets[0]).first;
+  const std::string label = label_of(effect), word = split_number(targets[0]).first;
   const bool numbered = std::ranges::all_of(targets, [&](const std::string& target) {
     return is_joint(target) && split_number(target).first == word && split_number(target).second > 0;
   });
-  if (targets.size() > 1 && numbered && one.ends_with(" of " + first)) {
+  if (targets.size() > 1 && numbered && leaves_target_open(label, targets[0])) {
     std::vector<std::string> numbers;
     for (const std::string& target : targets) numbers.push_back(std::to_string(split_number(target).second));
-    return one.substr(0, one.size() - first.size()) + word + "s " + join_list(numbers);
+    return label + " of " + word + "s " + join_list(numbers);
   }
   std::vector<std::string> each;
   for (const std::string& target : targets) each.push_back(effect_text({effect, target}));

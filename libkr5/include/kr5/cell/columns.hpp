@@ -49,7 +49,8 @@ struct Column {
   std::string subsystem = {};  ///< Part of the cell that it tells of.
   std::string channel = {};    ///< Quantity.
   std::string label = {};
-  int joint = -1;  ///< Joint that it belongs to, from 0; -1: none.
+  std::string component = {};  ///< Of a wrench, the label without where it is measured: force x.
+  int joint = -1;              ///< Joint that it belongs to, from 0; -1: none.
 
   static void each_field(auto& self, auto&& visit) {
     visit("name", self.name, "Name in the header of the file.");
@@ -61,6 +62,7 @@ struct Column {
     visit("subsystem", self.subsystem, "Part of the cell that the column measures; empty for given columns.");
     visit("channel", self.channel, "Quantity, e.g. motor current; empty for given columns.");
     visit("label", self.label, "Name in reports, e.g. current of joint 3.");
+    visit("component", self.component, "Component of a wrench, e.g. force x; empty for other columns.");
     visit("joint", self.joint, "Index of its joint, from 0; -1 for none.");
   }
 };

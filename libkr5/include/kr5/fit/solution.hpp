@@ -3,6 +3,7 @@
 
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <kr5/core/fit_report.hpp>
@@ -20,11 +21,25 @@ struct FitMeasurement {
   int index = -1;
 };
 
+/// One number of a block.
+struct FitCoordinate {
+  std::string block;
+  std::string name;  ///< In its block: "joint2.a".
+  std::string unit;
+
+  std::string full_name() const { return block + "." + name; }
+  /// "arm.joint2.a [m]".
+  std::string text() const { return full_name() + (unit.empty() ? "" : " [" + unit + "]"); }
+};
+
 /// A combination of parameters that the measurements do not determine.
 struct UnidentifiableDirection {
   Eigen::VectorXd direction;             ///< In the order of Solution::coordinates, of unit length.
   std::vector<std::string> coordinates;  ///< Those that take part, the greatest share first.
   std::string text;
+
+  /// Whether a coordinate of the block takes part.
+  bool involves(std::string_view block) const;
 
   static void each_field(auto& self, auto&& visit) {
     visit("direction", self.direction, "Unit vector, in the order of the coordinates, each over its sensitivity [-].");
@@ -52,8 +67,8 @@ struct SquaredResiduals {
 
 /// The free coordinates of a problem: nuisances apart, and of blocks that a measurement in use or a prior knows.
 struct FreeCoordinates {
-  std::vector<std::string> names;             ///< "arm.joint2.a [m]".
-  std::vector<std::vector<int>> places;       ///< By block and coordinate, among the names; -1: held.
+  std::vector<FitCoordinate> list;
+  std::vector<std::vector<int>> places;       ///< By block and coordinate, in the list; -1: held.
   std::vector<std::vector<int>> of_nuisance;  ///< By block of a nuisance, the measurements in use that have it.
 };
 
@@ -71,6 +86,8 @@ struct Solution {
   /// Places of the coordinates of a block in `coordinates`, a tied one's being that of the one it follows; -1 for one
   /// that is held.
   std::vector<int> places(FitBlock block) const;
+  /// What `coordinates` are the texts of.
+  const std::vector<FitCoordinate>& free_coordinates() const { return free_.list; }
 
   Agreement agreement(const Problem& problem, FitMeasurement measurement) const;
   /// Of measurements that belong together: made at once, or sharing a nuisance; all in use or none.

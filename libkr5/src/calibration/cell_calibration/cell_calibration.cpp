@@ -202,8 +202,7 @@ bool CellEstimation::update_sigmas() {
 std::string open_directions(const fit::Solution& result) {
   std::string out;
   for (const fit::UnidentifiableDirection& direction : result.unidentifiable) {
-    const auto of_arm = [](const std::string& name) { return name.starts_with("arm."); };
-    if (std::any_of(direction.coordinates.begin(), direction.coordinates.end(), of_arm)) continue;
+    if (direction.involves("arm")) continue;
     out += (out.empty() ? "not determined: " : "; ") + direction.text;
   }
   return out;

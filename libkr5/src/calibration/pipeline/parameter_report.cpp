@@ -40,13 +40,12 @@ ParameterReport report_parameters(const fit::Problem& fit, const fit::Solution& 
     unknown.insert(direction.coordinates.begin(), direction.coordinates.end());
   for (std::size_t k = 0; k < out.parameters.size(); ++k) {
     EstimatedParameter& parameter = out.parameters[k];
-    const std::string& full = result.coordinates[k];
-    const std::size_t space = full.find(" [");
+    const fit::FitCoordinate& coordinate = result.free_coordinates()[k];
     const auto at = static_cast<Eigen::Index>(k);
-    parameter.name = full.substr(0, space);
-    parameter.unit = full.substr(space + 2, full.size() - space - 3);
+    parameter.name = coordinate.full_name();
+    parameter.unit = coordinate.unit;
     parameter.std = std::sqrt(out.covariance(at, at));
-    parameter.identifiable = !unknown.contains(full);
+    parameter.identifiable = !unknown.contains(result.coordinates[k]);
   }
   return out;
 }

@@ -356,10 +356,9 @@ std::pair<double, double> worst_deviations(const Matrix6& covariance) {
 void judge_determination(const ScannerInput& input, ScannerResult& out) {
   std::string open;
   for (const fit::UnidentifiableDirection& direction : out.unidentifiable) {
-    bool scanner = false, arm = false;  // what the arm takes part in is held by the spread about its nominal values
-    for (const std::string& name : direction.coordinates)
-      scanner = scanner || name.rfind("scanner.", 0) == 0, arm = arm || name.rfind("arm.", 0) == 0;
-    if (scanner && !arm) open += (open.empty() ? "" : "; ") + direction.text;
+    // What the arm takes part in is held by the spread about its nominal values.
+    if (direction.involves("scanner") && !direction.involves("arm"))
+      open += (open.empty() ? "" : "; ") + direction.text;
   }
   const auto [position, rotation] = worst_deviations(out.covariance);
   if (open.empty() && position < useless_position && rotation < useless_rotation) return;
