@@ -272,17 +272,14 @@ bool within_discrepancy(const FitProblem& problem, const std::vector<Group>& gro
   return gain <= 0 || gain < 2 * weighted / gain / shapes;
 }
 
-bool worsens_check(const FitProblem& problem, const std::vector<Group>& groups, const Model& with,
+bool worsens_check(const ComparisonData& data, const std::vector<Group>& groups, const Model& with,
                    const Model& without) {
-  const ComparisonData& data = problem.data;
   const Eigen::VectorXd before = counted_residual(data, without.residual),
                         after = counted_residual(data, with.residual);
   double change = 0.0;
   for (const Group& group : groups)
-    for (const int b : group.judged) {
-      const double from = data.blocks[b].rows_of(before).squaredNorm(), to = data.blocks[b].rows_of(after).squaredNorm();
-      change += problem.far ? (to - from) / std::max(to + from, 1e-9) : to - from;
-    }
+    for (const int b : group.judged)
+      change += data.blocks[b].rows_of(after).squaredNorm() - data.blocks[b].rows_of(before).squaredNorm();
   return change > 0.0;
 }
 

@@ -45,9 +45,8 @@ bool within_discrepancy(const FitProblem& problem, const std::vector<Group>& gro
                         const Model& without, const Eigen::VectorXd& base, const DiagnoseOptions& options);
 
 /// Whether an effect makes the columns that are judged fit worse, as it was fitted: `with` is the model, `without` the
-/// same fitted without the effect. Where the nominal cell is far off, what a model leaves is no noise, and one motion that
-/// no model shows would outweigh all others: each column of each experiment then counts by the part by which it changes.
-bool worsens_check(const FitProblem& problem, const std::vector<Group>& groups, const Model& with,
+/// same fitted without the effect.
+bool worsens_check(const ComparisonData& data, const std::vector<Group>& groups, const Model& with,
                    const Model& without);
 
 /// How far an effect may be trusted although its model leaves a structure, from 0 to 1: the part of what it explains

@@ -27,7 +27,7 @@ NearestEffect why_not(const ScreenOutput& screened, const JudgeOutput& judged, c
   const FitProblem problem = judged.found.problem(judged.data, screened.nuisance);
   NearestEffect out;
   const auto worst = std::ranges::max_element(rest.strength);
-  if (worsens_check(problem, screened.groups, model, judged.model)) {
+  if (worsens_check(judged.data, screened.groups, model, judged.model)) {
     out.reason = NotBlamed::FitsCheckWorse;
   } else if (within_discrepancy(problem, screened.groups, model, judged.model, screened.base, options)) {
     out.reason = NotBlamed::WithinSimulatorError;

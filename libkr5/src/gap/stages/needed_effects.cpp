@@ -18,7 +18,7 @@ bool is_needless(ModelPool& models, const std::vector<Group>& groups, const Mode
   const FitProblem& problem = models.problem();
   const Model without = models.without(model, part);
   const bool cause = !model.parts[part].candidate->hypothesis.of_recording;
-  return (cause && worsens_check(problem, groups, model, without)) ||
+  return (cause && worsens_check(problem.data, groups, model, without)) ||
          (within_nuisance(problem, without) &&
           within_discrepancy(problem, groups, model, without, models.base(), options));
 }
