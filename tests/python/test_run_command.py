@@ -62,8 +62,12 @@ def test_a_nominal_cell_has_no_errors_and_a_shallow_tube_is_made_deeper(given):
 def test_every_stop_and_every_finding_has_a_remedy():
     for reason in job.StopReason.__members__.values():
         if reason != job.StopReason.None_:
-            text = remedies.stop_text(reason, job.Phase.Pick, None)
+            text = remedies.stop_text(job.JobState(stop=reason, stopped_in=job.Phase.Pick), None)
             assert remedies.words(reason) in text
+    for fault in job.CellFault.__members__.values():
+        if fault != job.CellFault.None_:
+            state = job.JobState(stop=job.StopReason.CellFault, cell_fault=fault)
+            assert remedies.CELL_FAULTS[str(fault)] in remedies.stop_text(state, None)
     decision = job.RestartDecision(status="contradiction")
     for name in ("pose_invalid", "grip_unexpected", "station_occupied", "tube_count", "station_unseen", "tube_unseen"):
         decision.finding = name

@@ -55,7 +55,7 @@ def ending_text(done: "kr5.work.JobRun", pellets: int, file: Path | None) -> str
     if statistics.programs > 1:
         text += f"; in {statistics.programs} programs"
     if done.state.stop != job.StopReason.None_:
-        return f"{text}. {stop_text(done.state.stop, done.state.stopped_in, file)}"
+        return f"{text}. {stop_text(done.state, file)}"
     return f"{text}."
 
 

@@ -22,6 +22,18 @@ STOPS = {
     "exhausted": "look why the phase failed that often: its outcomes stand in `kr5 job show`",
 }
 
+CELL_FAULTS = {
+    "numbers": "a reading holds no finite numbers; check link, drives and force sensor",
+    "joints": "the joints are outside their limits: degrees where radians are expected, or another arm?",
+    "pose": (
+        "the robot tells another pose of its tool than its joints give by the arm of the cell; compare signs and zeros"
+        " of the axes, the tool and the base on the controller with the cell (`kr5 rsi doctor --cell`)"
+    ),
+    "workspace": "the tool is outside the workspace; move the arm back into it",
+    "loaded": "something pushes the tool; free it, and check the weight of the tool in the cell",
+    "grip": "the gripper holds something, or nothing, otherwise than the journal says",
+}
+
 FINDINGS = {
     "pose_invalid": "the robot tells no pose; check the link and the drives",
     "grip_unexpected": "the gripper holds something that the journal does not know; take it out",
@@ -36,9 +48,10 @@ def words(value: object) -> str:
     return str(value).replace("_", " ")
 
 
-def stop_text(reason: job.StopReason, phase: job.Phase, journal: Path | None) -> str:
+def stop_text(state: job.JobState, journal: Path | None) -> str:
     """Why the arm stands, and what leads on."""
-    text = f"Stopped by {words(reason)} in the phase {words(phase)}: {STOPS[str(reason)]}."
+    remedy = CELL_FAULTS.get(str(state.cell_fault)) or STOPS[str(state.stop)]
+    text = f"Stopped by {words(state.stop)} in the phase {words(state.stopped_in)}: {remedy}."
     if journal is None:
         return text
     return f'{text} Then release it with `kr5 job release {journal} --person "NAME"`, and start again.'
