@@ -175,6 +175,19 @@ def aloha(folder, motions):
     return folder / "episode_0.hdf5"
 
 
+def two_arms(folder, motions, grippers):
+    """As ALOHA writes two arms: the joints of one after those of the other, each with its gripper or without."""
+    import h5py
+
+    def beside(values):
+        return np.column_stack([m.with_gripper(v) if grippers else v for m, v in zip(motions, values, strict=True)])
+
+    with h5py.File(folder / "both.hdf5", "w") as file:
+        file["action"] = beside([m.qc for m in motions])
+        file["observations/qpos"] = beside([m.q for m in motions])
+    return folder / "both.hdf5"
+
+
 def robomimic(folder, motions):
     import h5py
 

@@ -1,12 +1,13 @@
 """Logs of servo arms in the formats in which they are recorded: each is found by what is in it, with one answer."""
 
+import shlex
 import subprocess
 import sys
 
 import kr5
 import numpy as np
 import pytest
-from kr5.logs import read_logs, row_chunks
+from kr5.logs import read_logs, read_motion_log, row_chunks
 from kr5.logs.column_names import find_families
 from kr5.logs.episodes import parse_episodes
 from kr5.logs.log_file import episodes_of, read_log
@@ -116,6 +117,42 @@ def test_a_gripper_is_left_out_with_a_word(motions, model, tmp_path):
     assert any("action.gripper is left out" in note for note in named.notes)
     unnamed = read_logs(files.aloha(tmp_path, motions), model, every=0.02)
     assert any("observations/qpos[3] is left out, taken for a gripper" in note for note in unnamed.notes)
+
+
+@pytest.mark.parametrize("grippers", [True, False])
+def test_of_two_arms_the_one_that_is_chosen_is_read(grippers, motions, model, tmp_path):
+    log = files.two_arms(tmp_path, motions[:2], grippers)
+    with pytest.raises(kr5.FileError, match="two arms of 3 joints would have as many numbers") as error:
+        read_logs(log, model, every=1 / files.RATE)
+    _, *choices = str(error.value).split(" arm with ")
+    for choice, truth in zip(choices, motions[:2], strict=True):
+        options = shlex.split(choice.split(", or ")[0])
+        assert options[::2] == ["--set", "--set"]
+        found = read_logs(log, model, every=1 / files.RATE, settings=options[1::2])
+        assert_holds(found.recording.experiments, truth)
+        motion = read_motion_log(log, files.servo_arm(), every=1 / files.RATE, settings=options[1::2])
+        assert np.abs(motion.positions - truth.q).max() < 1e-12 and np.abs(motion.commands - truth.qc).max() < 1e-12
+    last = 7 if grippers else 6
+    assert f"'columns.q.from=observations/qpos[{last - 3}:{last}]'" in str(error.value)
+
+
+def test_of_two_arms_whose_joints_have_names_one_is_chosen_by_them(motions, model, tmp_path):
+    joints = [f"{side}_{name}" for side in ("left", "right") for name in [*files.NAMES, "gripper"]][:-1]
+    left, right = motions[:2]
+    beside = [np.column_stack([left.with_gripper(a), b]) for a, b in ((left.qc, right.qc), (left.q, right.q))]
+    both = files.Motion(left.t, *beside)
+    log = files.lerobot_3(tmp_path / "set", [both], joints=joints)
+    with pytest.raises(kr5.FileError, match="two arms of 3 joints") as error:
+        read_logs(log, model)
+    second = str(error.value).split("of the second arm with ")[1]
+    found = read_logs(log, model, settings=shlex.split(second)[1::2])
+    assert_holds(found.recording.experiments, motions[1])
+
+
+def test_components_of_a_vector_are_as_many_as_the_joints(motions, model, tmp_path):
+    log = files.two_arms(tmp_path, motions[:2], grippers=True)
+    with pytest.raises(kr5.IoError, match="found 4 names, expected 3"):
+        read_logs(log, model, every=0.02, settings=["columns.q.from=observations/qpos[4:8]"])
 
 
 def test_joints_of_other_names_are_taken_in_their_order_and_told(motions, model, tmp_path):

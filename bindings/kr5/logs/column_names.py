@@ -75,7 +75,7 @@ def find_families(log: Log, joints: Sequence[str], number: int) -> FoundFamilies
     """
     found = FoundFamilies()
     for stem, columns in log.arrays.items():
-        name = _quantity(f"{stem}.{JOINT}")
+        name = quantity_of_vector(stem)
         if name is not None:
             _add_vector(found, name, stem, columns, log, joints, number)
     stems = _stems(log, joints, number)
@@ -165,6 +165,11 @@ def words_of(stem: str) -> list[str]:
     """The words of a stem in small letters, run-together commands parted; `#` is the joint."""
     words = [w.lower() for w in WORD.findall(stem)]
     return [MERGED.get(w, w) for w in words]
+
+
+def quantity_of_vector(stem: str) -> str | None:
+    """The family of a vector of the log, by its name."""
+    return _quantity(f"{stem}.{JOINT}")
 
 
 def _quantity(stem: str) -> str | None:

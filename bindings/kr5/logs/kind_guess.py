@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 import kr5.cell
 from kr5.logs.column_names import Family, FoundFamilies, find_families
 from kr5.logs.log import Log
+from kr5.logs.map_file import JOINT_FAMILIES, names_of
+from kr5.logs.overrides import GivenEntries
 
 # Columns that only this kind has, the most special kind first; joint columns are asked for beside these.
 SIGNS: tuple[tuple[str, frozenset[str]], ...] = (
@@ -36,12 +38,12 @@ def log_parts(
 ) -> tuple[list[LogPart], FoundFamilies]:
     """The parts of a log that show something, and the families of joints in the whole of it. `stated`: columns of
     families that the user names."""
-    whole = _families_of(log, joints, number, stated or {})
+    whole = families_of(log, joints, number, stated or {})
     parts, unused = [], []
     for stream in dict.fromkeys(log.streams.values()):
         own = _columns_of(log, stream)
         names = {name.split(":")[-1]: name for name in own.columns}
-        families = _families_of(own, joints, number, stated or {})
+        families = families_of(own, joints, number, stated or {})
         kind = next((k for k, signs in SIGNS if signs <= names.keys() and _has_joints(k, families)), None)
         if kind == "poses" and any(name in families.families for name in ("tau", "i", "qc")):
             unused.append(f"{', '.join(names[k] for k in 'xyz')} are not used, since the log is one of a motion")
@@ -59,7 +61,16 @@ def log_parts(
     return parts, whole
 
 
-def _families_of(log: Log, joints: list[str], number: int, stated: dict[str, list[str]]) -> FoundFamilies:
+def stated_columns(given: GivenEntries, number: int) -> dict[str, list[str]]:
+    """The columns of families of joints that the user names."""
+    return {
+        name: names_of(entry["from"], number, f"columns.{name}")
+        for name, entry in given.columns.items()
+        if name in JOINT_FAMILIES and entry.get("from") not in (None, "measured")
+    }
+
+
+def families_of(log: Log, joints: list[str], number: int, stated: dict[str, list[str]]) -> FoundFamilies:
     """The families by their names, those that the user names before them."""
     out = find_families(log, joints, number)
     for name, columns in stated.items():

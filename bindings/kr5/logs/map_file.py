@@ -2,6 +2,7 @@
 
 import difflib
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -26,6 +27,8 @@ from kr5.logs.units import unit_factor
 
 WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
 JOINT_FAMILIES = ("q", "qc", "i", "tau")
+COMPONENTS = re.compile(r"(.+)\[(\d{1,6}):(\d{1,6})\]")  # of a vector, from the first up to and without the last
+MOST_COMPONENTS = 10_000
 
 EXAMPLE = """\
 format: kr5-map/1
@@ -337,9 +340,12 @@ def read_source(
 
 
 def names_of(given: object, n: int, where: str) -> list[str]:
-    """Columns of the log, one a member: a list, a pattern with {} (or {0}) to count, or one name for one member."""
+    """Columns of the log, one a member: a list, a pattern with {} (or {0}) to count, components of a vector as
+    `qpos[7:13]`, the last left out, or one name for one member."""
     if isinstance(given, list):
         names = [str(g) for g in given]
+    elif part := COMPONENTS.fullmatch(str(given)):
+        names = [f"{part[1]}[{k}]" for k in range(int(part[2]), min(int(part[3]), int(part[2]) + MOST_COMPONENTS))]
     elif n == 1 and "{" not in str(given):
         names = [str(given)]
     else:
@@ -347,7 +353,8 @@ def names_of(given: object, n: int, where: str) -> list[str]:
         mark = next((m for m in ("{0}", "{1}", "{}") if m in str(given)), None)
         if mark is None:
             raise kr5.IoError(
-                f"{where}: from: found '{given}', expected {n} names, or one with {{}} where the joint is counted"
+                f"{where}: from: found '{given}', expected {n} names, one with {{}} where the joint is counted, or"
+                " components of a vector, such as qpos[0:6]"
             )
         names = [str(given).replace(mark, str(first + i)) for i in range(n)]
     if len(names) != n:

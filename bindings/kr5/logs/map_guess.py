@@ -19,12 +19,13 @@ from kr5.logs.episodes import LogSource, kept_to_check, log_sources, stated_ends
 from kr5.logs.experiment_split import RawPart, split_parts
 from kr5.logs.joint_columns import FARTHEST, joint_entry, joint_values, range_text
 from kr5.logs.joint_streams import in_time, values_at
-from kr5.logs.kind_guess import WRENCH_NAMES, LogPart, log_parts, wrench_columns
+from kr5.logs.kind_guess import WRENCH_NAMES, LogPart, log_parts, stated_columns, wrench_columns
 from kr5.logs.log import Log
 from kr5.logs.log_file import read_log
-from kr5.logs.map_file import JOINT_FAMILIES, names_of
+from kr5.logs.map_file import names_of
 from kr5.logs.overrides import GivenEntries
 from kr5.logs.sparse_columns import aligned, covered, never_complete
+from kr5.logs.two_arms import choices_text
 
 LENGTHS = ("x", "y", "z", "zc", "cx", "cy")
 LOADS = ("tau", "i")
@@ -141,12 +142,7 @@ def _beside(file: Path, output: Path | None) -> str:
 
 def _parts_of(log: Log, cell: kr5.cell.Cell, given: GivenEntries) -> list[LogPart]:
     names, number = list(cell.robot.joint_names), cell.robot.joints
-    stated = {
-        name: names_of(entry["from"], number, f"columns.{name}")
-        for name, entry in given.columns.items()
-        if name in JOINT_FAMILIES and entry.get("from") not in (None, "measured")
-    }
-    parts, families = log_parts(log, names, number, stated)
+    parts, families = log_parts(log, names, number, stated_columns(given, number))
     if not parts:
         _refuse_unknown(log, families, names, number, given)
     return parts
@@ -169,6 +165,9 @@ def _refuse_unknown(log: Log, families: FoundFamilies, names: list[str], number:
         raise kr5.IoError(log.unreadable(next(iter(log.text_columns))))
     for quantity, what in (("q", "positions"), ("qc", "commands")):
         _refuse_lacking(log, families, quantity, what, given)
+    if choices := choices_text(log, families, number, given.words):
+        sizes = ", ".join(f"{stem} has {size}" for stem, size in families.vectors.items())
+        raise kr5.FileError(log.file, f"found no vector of {number} joint positions ({sizes}); {choices}")
     told = [w for w in families.joint_words if re.search(r"[A-Za-z]", w) and not is_quantity(w)]
     words = (published or spoken_joints(list(log.columns)) or told)[:number]
     expected = f"; the model names {', '.join(names)}" if names else ""

@@ -14,11 +14,15 @@ from kr5 import arm_log
 from kr5.logs.clock_guess import guess_clock, require_clock
 from kr5.logs.column_list import header_entry
 from kr5.logs.column_names import GRIPPER, Family, FoundFamilies, find_families
+from kr5.logs.entry_words import EntryWords
 from kr5.logs.joint_columns import joint_entry, joint_values
 from kr5.logs.joint_streams import values_at
+from kr5.logs.kind_guess import families_of, stated_columns
 from kr5.logs.log import Log
 from kr5.logs.log_file import read_log
-from kr5.logs.overrides import given_entries, parse_overrides
+from kr5.logs.map_file import COMPONENTS
+from kr5.logs.overrides import GivenEntries, given_entries, parse_overrides
+from kr5.logs.two_arms import choices_text
 
 MOST_JOINTS = 99
 
@@ -58,12 +62,12 @@ def read_motion_log(
     if every is not None:
         given.clock = {"every": every}
     log = read_log(Path(path), given.header, given.words, episode=episode)
-    number = cell.robot.joints if cell is not None else _number_of_joints(log)
+    number = cell.robot.joints if cell is not None else _stated_number(given) or _number_of_joints(log)
     joints = list(cell.robot.joint_names) if cell is not None else []
-    families = find_families(log, joints, number)
+    families = families_of(log, joints, number, stated_columns(given, number))
     q, qc = families.first("q"), families.first("qc")
     if q is None:
-        raise kr5.FileError(log.file, _lacking_text(log, families, given.words.put("columns.q", **{"from": "[...]"})))
+        raise kr5.FileError(log.file, _lacking_text(log, families, number, given.words))
     arm = cell if cell is not None else _joints_alone(number)
     entry, _, _ = joint_entry(q, log, arm, given, qc)
     values = joint_values(entry, "q", log, arm)
@@ -79,6 +83,15 @@ def read_motion_log(
         notes += [qc.note] if qc.note else []
     names = joints or [log.labels.get(column, f"joint{k + 1}") for k, column in enumerate(q.columns)]
     return MotionLog(times, positions, commands, names, units, named, notes)
+
+
+def _stated_number(given: GivenEntries) -> int | None:
+    """Of joints whose columns are named one by one, or as components of a vector."""
+    stated = given.columns.get("q", {}).get("from")
+    if isinstance(stated, list):
+        return len(stated)
+    part = COMPONENTS.fullmatch(str(stated))
+    return int(part[3]) - int(part[2]) if part else None
 
 
 def _number_of_joints(log: Log) -> int:
@@ -113,10 +126,12 @@ def _joints_alone(number: int) -> kr5.cell.Cell:
     return kr5.cell.Cell(robot=robot)
 
 
-def _lacking_text(log: Log, families: FoundFamilies, put: str) -> str:
+def _lacking_text(log: Log, families: FoundFamilies, number: int, words: EntryWords) -> str:
+    choices = choices_text(log, families, number, words)
+    put = words.put("columns.q", **{"from": "[...]"})
     sizes = ", ".join(f"{stem} has {size}" for stem, size in families.vectors.items())
     return (
         f"found no positions of every joint among {', '.join(list(log.columns)[:12])}"
         + (f"; of its vectors, {sizes}" if sizes else "")
-        + f"; name their columns: {put}"
+        + (f"; {choices}" if choices else f"; name their columns: {put}")
     )
