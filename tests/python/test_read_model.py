@@ -1,10 +1,12 @@
 """Models of robots, whichever file they stand in; MJCF beside MuJoCo itself."""
 
+import shlex
 import sys
 
 import kr5
 import numpy as np
 import pytest
+from kr5.logs import read_logs
 from kr5.models import Kind, read_model
 
 URDF = """<robot name="two">
@@ -211,6 +213,15 @@ SERVOS = """<mujoco model="m"><compiler angle="radian"/><option timestep="0.005"
 """
 
 
+def swing_log(folder):
+    """Commands of up to 0.5 and 0.4 rad, and positions that follow them."""
+    t = np.arange(600) * 0.01
+    swing = np.column_stack([0.5 * np.sin(2 * t), 0.4 * np.sin(3 * t)]) * np.clip(t - 1, 0, 1)[:, None]
+    table = np.column_stack([t, swing, 0.97 * np.roll(swing, 3, axis=0)])
+    np.savetxt(folder / "log.csv", table, delimiter=",", header="t,cmd1,cmd2,pos1,pos2", comments="")
+    return folder / "log.csv"
+
+
 def test_position_actuators_are_the_torque_servos_of_a_cell(mujoco, tmp_path):
     found = read_model(save(tmp_path, SERVOS))
     assert found.cell.has_torque_servos and found.cell.servo.cycle == 0.005
@@ -234,7 +245,56 @@ def test_actuators_that_are_no_position_servos_are_noted(mujoco, tmp_path):
         )
     )
     assert found.cell.servo is None
-    assert any("j1, j2 have no position servo" in note for note in found.notes)
+    note = next(note for note in found.notes if "have no position servo" in note)
+    assert "j1 (general), j2 (motor) have" in note
+
+
+@pytest.mark.parametrize("kind", ["velocity", "motor"])
+def test_of_actuators_that_are_not_read_the_note_says_what_to_type(mujoco, tmp_path, kind):
+    other = f'<{kind} name="a2" joint="j2" {"kv" if kind == "velocity" else "gear"}="3"/>'
+    begin, end = SERVOS.index("<general"), SERVOS.index("</actuator>")
+    file = save(tmp_path, f"{SERVOS[:begin]}{other}{SERVOS[end:]}")
+    found = read_model(file)
+    assert found.cell.servo is None
+    note = next(note for note in found.notes if f"j2 ({kind}) have no position servo" in note)
+    settings = shlex.split(note[note.index("--set") :])[1::2]
+    read = read_logs(swing_log(tmp_path), file, settings=settings)
+    assert read.recording.cell.has_torque_servos and read.recording.cell.servo.torque_of(1).stiffness == 20
+
+
+@pytest.mark.parametrize(
+    ("wrong", "limit", "told"),
+    [
+        ("-9 9", 9, ""),
+        ("-9 5", 5, "a1 (5 and 9 N m)"),
+        ("-4 9", 4, "a1 (4 and 9 N m)"),
+        ("0 9", 9, "a1 (9 and 0 N m)"),
+    ],
+)
+def test_of_uneven_limits_of_force_one_is_taken_and_noted(mujoco, tmp_path, wrong, limit, told):
+    found = read_model(save(tmp_path, SERVOS.replace("-9 9", wrong)))
+    assert found.cell.servo.torque_of(0).torque_limit == limit
+    notes = [note for note in found.notes if "limited in both directions unlike" in note]
+    assert len(notes) == bool(told) and all(told in note for note in notes)
+
+
+def test_the_smaller_limit_of_actuator_and_joint_holds_on_each_side(mujoco, tmp_path):
+    text = SERVOS.replace('actuatorfrcrange="-7 7"', 'actuatorfrcrange="-7 20"').replace(
+        'biasprm="0 -10 -0.5"', 'biasprm="0 -10 -0.5" forcerange="-8 4"'
+    )
+    assert read_model(save(tmp_path, text)).cell.servo.torque_of(1).torque_limit == 7  # -7 to 8 behind a gear of 2
+
+
+@pytest.mark.parametrize("clamps", [True, False])
+def test_commands_that_mujoco_would_clamp_are_noted(mujoco, tmp_path, clamps):
+    text = SERVOS.replace('name="a1"', 'name="a1" ctrlrange="-0.6 0.6"').replace(
+        'name="a2"', 'name="a2" ctrlrange="-0.2 1.6"'
+    )
+    if not clamps:
+        text = text.replace("<option ", '<option><flag clampctrl="disable"/></option><option ')
+    notes = [n for n in read_logs(swing_log(tmp_path), save(tmp_path, text)).notes if "ctrlrange" in n]
+    assert len(notes) == clamps
+    assert all("j2 from -0.4 to 0.4 rad, beside -0.1 to 0.8 rad" in n and "j1" not in n for n in notes)
 
 
 def test_a_mesh_that_gives_a_mass_must_be_there(mujoco, tmp_path):

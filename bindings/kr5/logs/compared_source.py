@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import kr5
 import kr5.cell
+from kr5.logs.command_limits import clamped_commands
 from kr5.logs.log_file import ENDINGS, FOLDER_WORDS, is_log_folder
 
 if TYPE_CHECKING:
@@ -150,9 +151,9 @@ def _open_recording(folder: Path, options: SourceOptions) -> ComparedSource:
     out.inputs = {"recording": str(folder.resolve())}
     if options.model:
         out.model = _read_model(options)
-        out.notes = list(out.model.notes)
         described = str(out.model.kind) != "cell"
         out.recording.cell = _described_cell(out.model, out.recording.cell) if described else out.model.cell
+        out.notes = [*out.model.notes, *clamped_commands(out.recording, out.model.command_ranges)]
     out.best_arm = arm_log.best_arm_errors(out.recording)
     return out
 
@@ -192,7 +193,7 @@ def _open_logs(paths: Sequence[Path], options: SourceOptions) -> ComparedSource:
         model=model,
         inputs={"logs": [str(p.resolve()) for p in paths]},
         reasons=found.reasons,
-        notes=[*model.notes, *found.notes],
+        notes=[*model.notes, *found.notes, *clamped_commands(found.recording, model.command_ranges)],
         best_arm=found.best_arm,
     )
 

@@ -23,6 +23,7 @@ from kr5.logs.overrides import (
     of_guessed_map,
     parse_overrides,
 )
+from kr5.models.mjcf_actuators import STATED_SERVOS
 
 
 @dataclass
@@ -146,8 +147,7 @@ def require_plausible(found: LogRecording, trust: bool) -> None:
         if found.unused_commands:
             raise kr5.InvalidArgument(
                 "found commands and positions of the joints, no efforts or currents, and a model that states no servos,"
-                " by which commands move the arm; state them, as starting values for the diagnosis: --set"
-                " cell.servo.cycle=0.02 --set 'cell.servo.torque={stiffness: 20, damping: 1}'"
+                f" by which commands move the arm; state them, as starting values for the diagnosis: {STATED_SERVOS}"
             )
         names = list(found.recording.cell.robot.joint_names)
         raise kr5.InvalidArgument(

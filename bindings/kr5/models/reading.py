@@ -20,6 +20,7 @@ class Model:
     base: str = ""  # link or body that is the base of the cell; empty for a cell file
     tip: str = ""  # link, body or site that is its tool tip
     notes: list[str] = field(default_factory=list)  # what the cell cannot hold, or what was assumed, in words
+    command_ranges: dict[int, tuple[float, float]] = field(default_factory=dict)  # of joints from 0 [rad or m]
 
 
 def read_model(path: Path | str, base: str = "", tip: str = "") -> Model:
@@ -56,7 +57,9 @@ def _read_urdf(file: Path, base: str, tip: str) -> Model:
 
 
 def _read_mjcf(file: Path, base: str, tip: str) -> Model:
+    from kr5.models.mjcf_actuators import command_ranges
     from kr5.models.mjcf_arm import cell_of_mjcf, load_mjcf, notes_of
 
     arm = load_mjcf(file, base, tip)
-    return Model(file, Kind.MJCF, cell_of_mjcf(arm), arm.names, arm.base, arm.tip, notes_of(arm))
+    held = {arm.joints.index(joint): span for joint, span in command_ranges(arm.model, arm.joints).items()}
+    return Model(file, Kind.MJCF, cell_of_mjcf(arm), arm.names, arm.base, arm.tip, notes_of(arm), held)
