@@ -113,7 +113,7 @@ BENCHES = {
     ),
     "insertion_mismatch": Bench(
         "Insertion into a cell other than believed",
-        "the same cell, partly the same seeds",
+        "the same cell; seeds of limits, stiffness, servo and friction partly the same, of all else others",
         quick=("--trials", "12"),
     ),
     "job": Bench(
