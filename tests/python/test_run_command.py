@@ -7,7 +7,6 @@ import subprocess
 import sys
 import time
 import urllib.request
-from types import SimpleNamespace
 
 import kr5
 import numpy as np
@@ -59,6 +58,30 @@ def test_a_nominal_cell_has_no_errors_and_a_shallow_tube_is_made_deeper(given):
     assert few.options.errors.to_dict() == sim.WorkCellErrors().to_dict()
 
 
+def test_clearance_and_tilt_are_those_of_cell_and_job(given):
+    usual, setup = job_cell.JobSetup(1, 5, "nominal"), job_cell.make_setup(1, 5, "nominal", 0.1, 20)
+    assert job_cell.make_setup(1, 5, "nominal", None, None) == usual
+    assert setup.job_id(given) == f"{usual.job_id(given)}, clearance 0.1 mm, tilt 20 degrees"
+    cell = job_cell.make_cell(given, setup)
+    options = job_cell.work_options(cell, setup)
+    bodies = options.job.insertion.bodies
+    assert bodies.inner_radius - bodies.peg_radius == pytest.approx(1e-4)
+    assert options.job.insertion.tilt == pytest.approx(np.radians(20)) and options.job.pellets == 1
+    plain = work.work_options(job_cell.make_cell(given, usual))
+    plain.job.pellets = 1
+    assert job_cell.work_options(job_cell.make_cell(given, usual), usual).to_dict() == plain.to_dict()
+
+
+def test_what_a_job_knows_is_told(given, tmp_path):
+    cell, runner = begun(given, tmp_path, 5)
+    setup = job_cell.JobSetup(1, 5, "nominal")
+    records = [job.JobRecord(number=k, pellet=k, station={"visits": visits}) for k, visits in ((1, 1), (2, 2), (3, 1))]
+    out = job_tables.as_dict("id", setup, runner.result(), work.judge_job(cell), records)
+    assert out["clearance"] == 2.8e-4 and out["tilt"] == setup.tilt and out["laid_down"] == [2]
+    figures = job.JobStatistics(pellets=[job.PelletFigures(number=1, peak_jerk=123.4)])
+    assert job_tables.pellet_rows(figures)[0][job_tables.PELLET_COLUMNS.index("jerk [m/s³]")] == "123"
+
+
 def test_every_stop_and_every_finding_has_a_remedy():
     for reason in job.StopReason.__members__.values():
         if reason != job.StopReason.None_:
@@ -84,9 +107,9 @@ def test_the_page_shows_phases_forces_and_pellets(given, tmp_path):
         for k, phase in enumerate(("pick", "stand", "regrip"))
     ]
     assert run_page.phase_spans(made) == [(1, "pick", 0.0, 1.0), (1, "stand", 1.0, 1.0)]
-    setup = SimpleNamespace(pellets=1, seed=5, errors="nominal")
+    setup = job_cell.JobSetup(1, 5, "nominal")
     page = run_page.job_page(done, work.judge_job(cell), made, cell, setup, tmp_path / "cell.yaml")
-    for text in ("Time line", "Force", "In truth: 1 in the bin.", "Job of 1 pellet<"):
+    for text in ("Time line", "Force", "In truth: 1 in the bin.", "Job of 1 pellet<", "clearance 0.28 mm", "tilt 15°"):
         assert text in page
 
 
@@ -177,6 +200,8 @@ def test_a_latched_stop_is_told_with_its_remedy(run_kr5, tmp_path):
         (("--report", "page.txt"), "expected .html"),
         (("--log", "job.txt"), "expected .csv or .mcap"),
         (("none.yaml",), "none.yaml"),
+        (("--clearance", 0), "clearance: found 0, expected more than 0 mm"),
+        (("--tilt", 95), "tilt: found 95, expected more than 0 and less than 90 degrees"),
         (("--journal", "nowhere/job.db"), "nowhere"),
     ],
 )

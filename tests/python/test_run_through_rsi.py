@@ -81,7 +81,7 @@ def test_a_job_through_sockets_is_stopped_by_a_person(given, tmp_path):
 
 
 def test_faults_need_a_link(run_kr5):
-    for words in ((), ("--through-rsi", "--view")):
+    for words in ((), ("--through-rsi", "--view"), ("--through-rsi", "--tilt", 20)):
         done = run_kr5("run", "--faults", 1, *words)
         assert done.returncode == 2
         assert "--through-rsi" in done.stderr

@@ -46,6 +46,14 @@ def offset_in_disc(radius: float, seed: int) -> list[float]:
     return [float(r * np.cos(angle)), float(r * np.sin(angle))]
 
 
+def check_task(clearance: float | None, tilt: float | None) -> None:
+    """Complains of a clearance [mm] or a tilt [deg] with which nothing can be inserted."""
+    if clearance is not None and not 0 < clearance < math.inf:
+        raise kr5.InvalidArgument(f"clearance: found {clearance:g}, expected more than 0 mm")
+    if tilt is not None and not 0 < tilt < 90:
+        raise kr5.InvalidArgument(f"tilt: found {tilt:g}, expected more than 0 and less than 90 degrees")
+
+
 def set_task(
     setup: "kr5.sim.InsertionSetup",
     clearance: float,
@@ -54,10 +62,7 @@ def set_task(
     cell: kr5.cell.Cell,
 ) -> None:
     """Sets a clearance [mm], a tilt [deg] and an offset [mm], which without one is drawn from the seed of the setup."""
-    if not 0 < clearance < math.inf:
-        raise kr5.InvalidArgument(f"clearance: found {clearance:g}, expected more than 0 mm")
-    if not 0 < tilt < 90:
-        raise kr5.InvalidArgument(f"tilt: found {tilt:g}, expected more than 0 and less than 90 degrees")
+    check_task(clearance, tilt)
     setup.clearance, setup.tilt = 1e-3 * clearance, math.radians(tilt)
     setup.offset = [1e-3 * x for x in offset] if offset else offset_in_disc(cell.peg.radius, setup.seed)
     setup.validate()

@@ -1,11 +1,15 @@
 """The simulated cell of `kr5 run`: what is poured and how it differs from its model, and its state beside a journal."""
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import kr5
 import kr5.cell
 import kr5.sim
+import kr5.work
+
+from kr5_tools.insertion.task import check_task
 
 SPARE = 0.02  # [m] of a tube above the pellets that it shall hold
 
@@ -17,10 +21,24 @@ class JobSetup:
     pellets: int
     seed: int
     errors: str  # nominal | usual
+    clearance: float = kr5.sim.WorkCellOptions().clearance  # [m]
+    tilt: float = kr5.sim.InsertionSetup().tilt  # of a pellet while it is rolled around the tube [rad]
 
     def job_id(self, cell: kr5.cell.Cell) -> str:
-        """By which a journal knows whether it belongs to this job."""
-        return f"{cell.name or 'cell'}, {self.pellets} pellets, seed {self.seed}, {self.errors} errors"
+        """By which a journal knows whether it belongs to this job; what is usual is not said."""
+        text = f"{cell.name or 'cell'}, {self.pellets} pellets, seed {self.seed}, {self.errors} errors"
+        if self.clearance != JobSetup.clearance:
+            text += f", clearance {1e3 * self.clearance:g} mm"
+        return text if self.tilt == JobSetup.tilt else f"{text}, tilt {math.degrees(self.tilt):g} degrees"
+
+
+def make_setup(pellets: int, seed: int, errors: str, clearance: float | None, tilt: float | None) -> JobSetup:
+    """With a clearance [mm] and a tilt [deg], as people give them; None: the usual ones."""
+    check_task(clearance, tilt)
+    setup = JobSetup(pellets, seed, errors)
+    if clearance is not None:
+        setup = replace(setup, clearance=1e-3 * clearance)
+    return setup if tilt is None else replace(setup, tilt=math.radians(tilt))
 
 
 def make_cell(cell: kr5.cell.Cell, setup: JobSetup) -> kr5.sim.WorkCell:
@@ -31,12 +49,20 @@ def make_cell(cell: kr5.cell.Cell, setup: JobSetup) -> kr5.sim.WorkCell:
 def work_cell_options(cell: kr5.cell.Cell, setup: JobSetup) -> kr5.sim.WorkCellOptions:
     """Its options, with a tube that holds all pellets: the cell's own where that is deep enough."""
     pour = kr5.sim.PourOptions(pellets=setup.pellets, seed=setup.seed)
-    options = kr5.sim.WorkCellOptions(pour=pour, seed=setup.seed)
+    options = kr5.sim.WorkCellOptions(pour=pour, seed=setup.seed, clearance=setup.clearance)
     if setup.errors == "nominal":
         options.errors = exact_errors()
     needed = setup.pellets * pour.height_max + SPARE
     if cell.tube is not None and cell.tube.depth < needed:
         options.tube_depth = needed
+    return options
+
+
+def work_options(cell: kr5.sim.WorkCell, setup: JobSetup) -> kr5.work.WorkOptions:
+    """Options of the job in that cell."""
+    options = kr5.work.work_options(cell)
+    options.job.pellets = setup.pellets
+    options.job.insertion.tilt = setup.tilt
     return options
 
 

@@ -5,10 +5,15 @@ from typing import TYPE_CHECKING, Any
 
 from kr5 import job
 
+from kr5_tools.work.journal_tables import laid_down
 from kr5_tools.work.remedies import refusal_text, stop_text, words
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import kr5.work
+
+    from kr5_tools.work.job_cell import JobSetup
 
 PELLET_COLUMNS = [
     "pellet",
@@ -18,6 +23,7 @@ PELLET_COLUMNS = [
     "time [s]",
     "peak force [N]",
     "impulse [N s]",
+    "jerk [m/s³]",
 ]
 
 
@@ -31,6 +37,7 @@ def pellet_rows(statistics: job.JobStatistics) -> list[list[object]]:
             f"{p.time:.1f}",
             f"{p.peak_force:.1f}",
             f"{p.impulse:.1f}",
+            f"{p.peak_jerk:.0f}",
         ]
         for p in statistics.pellets
     ]
@@ -72,16 +79,24 @@ def truth_text(truth: "kr5.work.JobTruth") -> str:
 
 
 def as_dict(
-    job_id: str, done: "kr5.work.JobRun", truth: "kr5.work.JobTruth", link: "kr5.work.LinkedRun | None" = None
+    job_id: str,
+    setup: "JobSetup",
+    done: "kr5.work.JobRun",
+    truth: "kr5.work.JobTruth",
+    records: "Sequence[job.JobRecord]",
+    link: "kr5.work.LinkedRun | None" = None,
 ) -> dict[str, Any]:
     ends = {} if link is None else {"link": link.link.to_dict(), "controller": link.controller.to_dict()}
     return {
         "job": job_id,
+        "clearance": setup.clearance,
+        "tilt": setup.tilt,
         "done": done.done,
         "decision": done.decision.to_dict(),
         "state": done.state.to_dict(),
         "mean_time": mean_time(done.statistics),
         "statistics": done.statistics.to_dict(),
+        "laid_down": laid_down(records),
         "truth": truth.to_dict(),
         **ends,
     }

@@ -1,5 +1,6 @@
 """The journal of a job as tables for people, and as plain values for JSON."""
 
+from collections.abc import Sequence
 from typing import Any
 
 from kr5 import job
@@ -34,10 +35,16 @@ def standing(journal: job.Journal) -> str:
     return f"{text}."
 
 
+def laid_down(records: Sequence[job.JobRecord]) -> list[int]:
+    """Numbers of the pellets that were laid down before they stood; the others stood up at once."""
+    return sorted({record.pellet for record in records if record.station.visits > 1})
+
+
 def as_dict(journal: job.Journal, statistics: job.JobStatistics) -> dict[str, Any]:
     return {
         "job": journal.job,
         "released_by": journal.released_by or None,
+        "laid_down": laid_down(journal.records()),
         "belief": journal.belief().to_dict(),
         "statistics": statistics.to_dict(),
     }

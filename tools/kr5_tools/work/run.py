@@ -42,6 +42,20 @@ def run(
         Literal["nominal", "usual"],
         typer.Option(help="Cell as its controller is told, or off by the usual errors, which the controller ignores."),
     ] = "usual",
+    clearance: Annotated[
+        float | None,
+        typer.Option(
+            metavar="MM",
+            help="Clearance: radius of the bore less nominal radius of the pellets \\[mm].",
+            show_default="0.28",
+        ),
+    ] = None,
+    tilt: Annotated[
+        float | None,
+        typer.Option(
+            metavar="DEG", help="Tilt of a pellet while it is rolled around the tube \\[deg].", show_default="15"
+        ),
+    ] = None,
     journal_file: Annotated[
         Path | None,
         typer.Option(
@@ -113,10 +127,13 @@ def run(
 
     from kr5_tools.insertion.task import load_cell
     from kr5_tools.work import direct_run, job_output, job_tables, linked_run
-    from kr5_tools.work.job_cell import JobSetup, make_cell
+    from kr5_tools.work.job_cell import make_cell, make_setup, work_options
 
     _check_options(
-        through_rsi, {"--controller": controller, "--port": port}, faults, [journal_file, report, view or None, log]
+        through_rsi,
+        {"--controller": controller, "--port": port},
+        faults,
+        [journal_file, report, view or None, log, tilt],
     )
     report = report or (PAGE if view else None)
     writing.check_writable(report, log, json_file, inputs=[cell_file, journal_file])
@@ -124,13 +141,12 @@ def run(
     writing.check_page(report)
     check_ending(log)
     given, source = load_cell(cell_file)
-    setup = JobSetup(pellets, seed, errors)
+    setup = make_setup(pellets, seed, errors, clearance, tilt)
     if faults is not None:
         return _try_faults(given, setup, faults, json_file)
     with terminal.spinner("pouring"):
         cell = make_cell(given, setup)
-    options = kr5.work.work_options(cell)
-    options.job.pellets = pellets
+    options = work_options(cell, setup)
     to = terminal.console(json_file)
     with _journal(journal_file, setup.job_id(given)) as (journal, file), _live(view, cell, pellets, source) as live:
         _place(cell, options, journal, file)
@@ -160,7 +176,7 @@ def run(
         job_output.write_log(done, log, to)
     if report:
         job_output.write_page(done, truth, records, cell, setup, source, report, to)
-    writing.write_json(job_tables.as_dict(setup.job_id(given), done, truth, link), json_file)
+    writing.write_json(job_tables.as_dict(setup.job_id(given), setup, done, truth, records, link), json_file)
     if view:
         writing.publish()
         terminal.open_page(report)
@@ -171,7 +187,7 @@ def run(
 def _check_options(through_rsi: bool, of_link: dict[str, object], faults: int | None, of_job: list[object]) -> None:
     """Complains of options that would do nothing."""
     if faults is not None and (not through_rsi or any(value is not None for value in of_job)):
-        terminal.fail("--faults: needs --through-rsi, and has neither journal, report, view nor log")
+        terminal.fail("--faults: needs --through-rsi, and has neither journal, report, view, log nor tilt")
     for name in (name for name, value in of_link.items() if value is not None):
         if not through_rsi:
             terminal.fail(f"{name}: belongs to a link; add --through-rsi, or leave it out")

@@ -77,7 +77,12 @@ def job_page(
             icon="✓" if good else "✗",
             ending=job_tables.ending_text(done, setup.pellets, None),
             truth=job_tables.truth_text(truth),
-            given=[("seed", str(setup.seed)), ("errors", setup.errors)],
+            given=[
+                ("seed", str(setup.seed)),
+                ("errors", setup.errors),
+                ("clearance", f"{1e3 * setup.clearance:g} mm"),
+                ("tilt", f"{np.degrees(setup.tilt):.3g}°"),
+            ],
             plots=[embed_plot(plot) for plot in drawn],
             tables=[
                 ("Pellets", job_tables.PELLET_COLUMNS, job_tables.pellet_rows(done.statistics)),
