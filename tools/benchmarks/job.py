@@ -1,6 +1,7 @@
-"""The whole job in simulated cells: 35 pellets from bin to tube, unattended, and four from a fixed place.
+"""The whole job in simulated cells: 35 pellets from bin to tube, unattended, and four from a fixed place; insertions by
+clearance and tilt; what faults of link, controller and computer do to an insertion.
 
-    python tools/benchmarks/job.py [--jobs 10] [--pellets 35] [--first-seed 52001]
+    python tools/benchmarks/job.py [--jobs 10] [--pellets 35] [--faults 100] [--first-seed 52001]
 
 Cells with the usual errors, of which their controller is not told. What is inserted is judged by the truth of the
 simulator. A pellet stands or lies by how it goes over the stand: once, or laid down before it is stood up."""
@@ -22,11 +23,15 @@ import arguments
 import comparison
 from insertion import insertions
 from kr5_tools.sweep.rate_table import success_rate
-from kr5_tools.work.job_cell import JobSetup, make_cell
+from kr5_tools.work.job_cell import JobSetup, make_cell, make_setup, work_options
+from kr5_tools.work.journal_tables import laid_down
+from kr5_tools.work.linked_run import run_faults, sound
+from kr5_tools.work.remedies import words
 
 CELL = Path(__file__).resolve().parents[2] / "share/cells/kr5_arc.yaml"
 INSERTED, TIME = 0.95, 16.0  # share [-] and mean time [s] to reach
 FOUR_TIME = 22.5  # of four pellets from a fixed place [s]
+TASKS = [(0.05, 15.0), (0.1, 15.0), (0.5, 15.0), (0.28, 10.0), (0.28, 20.0)]  # [mm, deg] beside the usual one
 REST = 3.0  # in which the last pellet comes to rest [s]
 
 
@@ -45,14 +50,13 @@ class Done:
         return [p for p in self.statistics.pellets if lying is None or (p.number in self.lying) == lying]
 
 
-def run_job(pellets: int, seed: int) -> Done:
+def run_job(setup: JobSetup) -> Done:
     """One job until its end, without anybody."""
-    cell = make_cell(kr5.cell.load_cell(CELL), JobSetup(pellets, seed, "usual"))
-    options = kr5.work.work_options(cell)
-    options.job.pellets = pellets
+    cell = make_cell(kr5.cell.load_cell(CELL), setup)
+    options = work_options(cell, setup)
     kr5.work.place_over_bin(cell, options)
     with tempfile.TemporaryDirectory() as folder:
-        journal = job.Journal(Path(folder) / "job.db", f"seed {seed}")
+        journal = job.Journal(Path(folder) / "job.db", f"seed {setup.seed}")
         runner = kr5.work.JobRunner(cell, options, journal)
         while not runner.finished:
             runner.step(cycles=500)
@@ -60,9 +64,9 @@ def run_job(pellets: int, seed: int) -> Done:
             cell.read()
             cell.send(kr5.robot.RobotCommand())
         result, records = runner.result(), journal.records()
-    lying = {r.pellet for r in records if r.station.visits == 2}
+    lying = set(laid_down(records))
     limit = options.job.insertion.limits.force
-    return Done(seed, result.state, result.statistics, kr5.work.judge_job(cell), lying, limit)
+    return Done(setup.seed, result.state, result.statistics, kr5.work.judge_job(cell), lying, limit)
 
 
 def share(count: int, trials: int) -> tuple[str, str, float]:
@@ -125,6 +129,32 @@ def part_rows(jobs: list[Done]) -> Iterator[comparison.Row]:
         yield comparison.Row(f"pellets in the tube, {name}", text, "–", True, interval=interval)
 
 
+def task_rows(pellets: int, first_seed: int) -> Iterator[comparison.Row]:
+    """Attempts to insert by clearance and tilt, one job each."""
+    setups = [make_setup(pellets, first_seed + k, "usual", *task) for k, task in enumerate(TASKS)]
+    for (clearance, tilt), done in zip(TASKS, run_jobs(setups, "Tasks")):
+        tried = [p for p in done.pellets() if p.insertions > 0]
+        inserted = [p for p in tried if p.state == job.PelletState.Inserted]
+        text, interval, _ = share(sum(p.insertions == 1 for p in inserted), len(tried))
+        text += f", {len(inserted)} in; {np.mean([p.time for p in inserted]):.1f} s each" if inserted else ""
+        what = f"job of {pellets}, {clearance:g} mm, tilt {tilt:g}°: in at the first attempt to insert"
+        yield comparison.Row(what, text, "–", True, interval=interval)
+
+
+def fault_rows(trials: int, seed: int) -> Iterator[comparison.Row]:
+    """What each fault does; none may do harm."""
+    cell = kr5.cell.load_cell(CELL)
+    for row in run_faults(cell, JobSetup(1, seed, "usual"), trials):
+        ended = f"{row.continued} went on, {row.stopped} stopped, of these {row.resumed} done after release"
+        harm = f"{row.moving} moving, {row.over_limit} above the limit, {row.astray} astray"
+        yield comparison.Row(
+            f"fault {words(row.fault)}, {row.trials} insertions: how they ended; peak force",
+            f"{ended}; {harm}; {row.max_force:.1f} N",
+            "none moving, above the limit, astray",
+            sound([row]),
+        )
+
+
 def four_row(trials: int, first_seed: int) -> comparison.Row:
     times = [r.time for r in insertions(trials, first_seed, pegs=4)]
     return comparison.Row(
@@ -135,21 +165,29 @@ def four_row(trials: int, first_seed: int) -> comparison.Row:
     )
 
 
+def run_jobs(setups: list[JobSetup], what: str) -> list[Done]:
+    """All of them, on all cores."""
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        runs = [pool.submit(run_job, setup) for setup in setups]
+        return [run.result() for run in comparison.progress(runs, what)]
+
+
 def main() -> int:
     parser = arguments.parser(__doc__)
     parser.add_argument("--jobs", type=int, default=10, help="number of jobs")
     parser.add_argument("--pellets", type=int, default=35, help="pellets of each")
     parser.add_argument("--first-seed", type=int, default=52001, help="seed of the first job; those behind it follow")
+    parser.add_argument("--faults", type=int, default=100, help="insertions of each fault")
     given = parser.parse_args()
     seeds = range(given.first_seed, given.first_seed + given.jobs)
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        runs = [pool.submit(run_job, given.pellets, seed) for seed in seeds]
-        jobs = [run.result() for run in comparison.progress(runs, "Jobs")]
+    jobs = run_jobs([JobSetup(given.pellets, seed, "usual") for seed in seeds], "Jobs")
     rows = [
         *inserted_rows(jobs, given.pellets),
         *time_rows(jobs),
         force_row(jobs),
         *part_rows(jobs),
+        *task_rows(given.pellets, seeds[-1] + 1),
+        *fault_rows(given.faults, given.first_seed),
         four_row(2 * given.jobs, given.first_seed),
     ]
     comparison.print_comparisons(rows, "The job from bin to tube")
