@@ -103,7 +103,7 @@ BENCHES = {
         "Link to a KUKA controller: codec, answers over loopback",
         "telegrams of the same layouts",
         (BUILD,),
-        (BUILD, "--repeat", "50", "--seconds", "10"),
+        (BUILD, "--repeat", "50", "--seconds", "10", "--fuzz-seconds", "10"),
     ),
     "insertion": Bench(
         "Insertion: geometry, localisation, force loop, rates and times",
