@@ -254,10 +254,11 @@ const Fields& fields_of() {
   static const Fields all = [] {
     Fields out;
     const T value{};
-    T::each_field(value, [&](const char* name, const auto& member, const char* doc) {
+    T::each_field(value, [&](const char* name, const auto& member, const FieldDoc& doc) {
       const auto offset = reinterpret_cast<const char*>(&member) - reinterpret_cast<const char*>(&value);
       const std::string_view key = io::file_key<T>(name);
-      out.push_back({name, doc, key, is_required<T>(key), offset, &field_type<std::remove_cvref_t<decltype(member)>>});
+      out.push_back({name, doc.text, doc.covariance_of, key, is_required<T>(key), offset,
+                     &field_type<std::remove_cvref_t<decltype(member)>>});
     });
     return out;
   }();

@@ -3,6 +3,8 @@
 
 #include <string_view>
 
+#include <kr5/core/fields.hpp>
+
 #include "points_caster.hpp"
 
 namespace kr5::python {
@@ -17,6 +19,9 @@ py::list describe(const void* defaults, const Fields& fields) {
     entry["type"] = field.type->text();
     entry["default"] = field.type->to_plain(field.in(defaults));
     entry["doc"] = field.doc;
+    entry["unit"] = shown_unit(field.doc);
+    entry["meaning"] = without_unit(field.doc);
+    entry["covariance_of"] = py::str(field.covariance_of).attr("split")();
     entry["key"] = py::str(field.key.data(), field.key.size());
     entry["required"] = field.required;
     py::list choices;
@@ -113,6 +118,11 @@ void bind_with_displays(py::module_& m, void (*bind)(py::module_&)) {
   add_missing_displays(m);
 }
 
+std::string shown_unit(std::string_view doc) {
+  const std::string_view unit = unit_of(doc);
+  return unit == "-" ? "" : std::string(unit);
+}
+
 std::string unknown_field(const std::string& where, const py::handle& name, const py::list& known) {
   const std::string key = py::str(name).cast<std::string>();
   const py::list near = py::module_::import("difflib").attr("get_close_matches")(key, known, 1, 0.5);
@@ -188,7 +198,9 @@ void add_members(const py::object& cls, const Fields& fields, void* (*pointer)(c
       "(fields: dict) -> " + members.full(), "Inverse of to_dict; missing fields keep their defaults.");
   members.function(
       "fields", [=] { return describe(pointer(type()), *all); }, "() -> list",
-      "Name, type, default, doc and choices of every field.");
+      "Of every field name, type, default, doc with its unit and its meaning apart, choices, and of which fields it is "
+      "the "
+      "covariance.");
 }
 
 }  // namespace kr5::python

@@ -37,9 +37,10 @@ struct FieldType {
 struct Field {
   const char* name;
   const char* doc;
-  std::string_view key;   ///< In a file.
-  bool required;          ///< In a file.
-  std::ptrdiff_t offset;  ///< In the struct [bytes].
+  const char* covariance_of;  ///< Fields whose covariance it is, with blanks between; empty for other fields.
+  std::string_view key;       ///< In a file.
+  bool required;              ///< In a file.
+  std::ptrdiff_t offset;      ///< In the struct [bytes].
   const FieldType* type;
 
   const void* in(const void* object) const { return static_cast<const char*>(object) + offset; }
@@ -48,6 +49,9 @@ struct Field {
 
 /// Sentence for a name that is not among `known`, with the nearest one.
 std::string unknown_field(const std::string& where, const py::handle& name, const py::list& known);
+
+/// The unit in what is said of a field, as tables show it: empty for a plain number.
+std::string shown_unit(std::string_view doc);
 
 /// Nested dict of numbers, texts and lists.
 py::dict to_plain(const void* object, const Fields& fields);

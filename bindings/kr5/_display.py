@@ -5,7 +5,6 @@ The extensions call `as_text` for every class that has no repr of its own.
 
 from __future__ import annotations
 
-import re
 import textwrap
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -30,14 +29,17 @@ class Field:
 
     @property
     def unit(self) -> str:
-        """What stands in brackets; empty for a plain number."""
-        found = re.findall(r"\[([^\]]+)\]", self.doc)
-        return found[-1] if found and found[-1] != "-" else ""
+        """Empty for a plain number."""
+        from ._kr5 import _unit_of  # which imports this module
+
+        return str(_unit_of(self.doc))
 
     @property
     def text(self) -> str:
         """The documentation without the unit."""
-        return re.sub(r"\s*\[[^\]]+\](?=[.;,:]?)", "", self.doc).strip()
+        from ._kr5 import _without_unit
+
+        return str(_without_unit(self.doc))
 
 
 def fields_of(item: object) -> list[Field]:

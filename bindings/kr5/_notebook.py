@@ -6,9 +6,9 @@ The extensions call `as_html` for every class that has no repr of its own.
 from __future__ import annotations
 
 import html
-import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from dataclasses import field as dataclass_field
 from typing import Any
 
 import numpy as np
@@ -61,7 +61,7 @@ def _table(item: object) -> str:
     rows: list[tuple[str, ...]] = []  # as COLUMNS
     answers: list[str] = []  # that stand below a verdict
     blocks: list[str] = []
-    spread = _standard_deviations(fields)
+    spread = _standard_deviations(item, fields)
     judged = any(f.name == "verdict" for f in fields)
     hidden = {"verdict", "text"} if _verdict(item) else set()
     for f in fields:
@@ -107,41 +107,45 @@ def _rows_table(columns: Sequence[tuple[str, str]], rows: Iterable[Sequence[str]
 
 @dataclass
 class _Spread:
-    values: dict[str, Any]  # standard deviation of a field
-    poses: dict[str, np.ndarray]  # covariance of a pose
-    parts: dict[str, dict[str, float]]  # standard deviations of numbers in a struct
-    used: set[str]  # fields that say only that
+    values: dict[str, Any] = dataclass_field(default_factory=dict)  # standard deviation of a field
+    poses: dict[str, np.ndarray] = dataclass_field(default_factory=dict)  # covariance of a pose
+    parts: dict[str, dict[str, float]] = dataclass_field(default_factory=dict)  # of numbers in a struct
+    used: set[str] = dataclass_field(default_factory=set)  # fields that say only that
+
+    def add_covariance(self, f: Field, owners: Sequence[str], named: dict[str, Field]) -> None:
+        """What a field says of others: of a pose, of an array, or of as many numbers as it has rows."""
+        if not owners or not isinstance(f.value, np.ndarray) or f.value.ndim != 2:
+            return
+        std = np.sqrt(np.maximum(np.diag(f.value), 0))
+        value = named[owners[0]].value if len(owners) == 1 else None
+        if isinstance(value, np.ndarray) and value.shape == (4, 4) and f.value.shape == (6, 6):
+            self.poses[owners[0]] = f.value
+        elif isinstance(value, np.ndarray) and len(std) == value.size:
+            self.values[owners[0]] = std.reshape(value.shape)
+        elif len(owners) == len(std):
+            for owner, number in zip(owners, std):
+                whole, _, part = owner.partition(".")
+                if part:
+                    self.parts.setdefault(whole, {})[part] = number
+                else:
+                    self.values[whole] = number
+        else:
+            return
+        self.used.add(f.name)
 
 
-def _standard_deviations(fields: list[Field]) -> _Spread:
-    """Which fields are the uncertainty of which others: by `std` and `NAME_std`, and by what a covariance says of
-    itself ("Covariance of NAME", "Its covariance", "Covariance of fx fy cx cy" of a field that has these)."""
+def _standard_deviations(item: object, fields: list[Field]) -> _Spread:
+    """Which fields are the uncertainty of which others: by `std` and `NAME_std`, and those that are covariances."""
     named = {f.name: f for f in fields}
-    out = _Spread({}, {}, {}, set())
-    for before, f in zip([None, *fields], fields):
-        if f.name == "std" and "value" in named:
-            out.values["value"] = f.value
+    cls: Any = type(item)
+    owners = {f["name"]: f["covariance_of"] for f in cls.fields()} if is_struct(item) else {}
+    out = _Spread()
+    for f in fields:
+        owner = "value" if f.name == "std" else f.name.removesuffix("_std")
+        if owner != f.name and owner in named:
+            out.values[owner] = f.value
             out.used.add(f.name)
-        elif f.name.endswith("_std") and f.name.removesuffix("_std") in named:
-            out.values[f.name.removesuffix("_std")] = f.value
-            out.used.add(f.name)
-        elif f.name.startswith("covariance") and isinstance(f.value, np.ndarray) and f.value.ndim == 2:
-            std = np.sqrt(np.maximum(np.diag(f.value), 0))
-            about = re.match(r"Covariance of (?:the )?`?(\w+(?: \w+)*)", f.doc)
-            words = about[1].split() if about else []
-            owner = before if f.doc.startswith("Its covariance") else named.get(words[0]) if words else None
-            if owner is None:
-                part = next((g for g in fields if words and all(hasattr(g.value, word) for word in words)), None)
-                if part and len(words) == len(std):
-                    out.parts[part.name] = dict(zip(words, std))
-                    out.used.add(f.name)
-            elif isinstance(owner.value, np.ndarray):
-                if owner.value.shape == (4, 4) and f.value.shape == (6, 6):
-                    out.poses[owner.name] = f.value
-                    out.used.add(f.name)
-                elif len(std) == owner.value.size:
-                    out.values[owner.name] = std.reshape(owner.value.shape)
-                    out.used.add(f.name)
+        out.add_covariance(f, owners.get(f.name, ()), named)
     return out
 
 

@@ -124,6 +124,16 @@ def test_the_numbers_of_a_camera_have_their_uncertainty():
     assert "camera.fy" not in rows  # held
 
 
+def test_numbers_that_a_covariance_names_have_their_uncertainty():
+    covariance = np.diag([1e-8, 4e-8, 9e-8, 16e-8])
+    lengths = calibration.ParallelPlaneLengths(a1=0.15, a2=0.6, a3=0.12, b4=0.62, covariance=covariance)
+    rows = {row[0]: row for row in Tables(lengths._repr_html_()).rows}
+    assert rows["a1"][1:4] == ["0.15000", "0.00010", "m"] and rows["b4"][1:4] == ["0.62000", "0.00040", "m"]
+    assert "covariance" not in rows
+    scanner = calibration.ScannerResult(covariance=np.diag([1e-8] * 6))
+    assert "covariance" not in {row[0] for row in Tables(scanner._repr_html_()).rows}
+
+
 def test_a_verdict_and_causes_stand_first():
     cause = kr5.gap.Cause(
         effect="payload",

@@ -81,6 +81,17 @@ def test_every_field_is_documented_in_class_and_property(struct):
         assert inspect.getdoc(getattr(struct, field["name"])) == field["doc"]
 
 
+def test_unit_and_meaning_of_a_field_stand_apart_and_a_covariance_says_of_what_it_is(struct):
+    names = {field["name"] for field in struct.fields()}
+    for field in struct.fields():
+        assert field["meaning"] and "[" not in field["meaning"]
+        assert field["unit"] == "" or f"[{field['unit']}]" in field["doc"]
+        for owner in field["covariance_of"]:
+            whole, _, part = owner.partition(".")
+            assert whole in names - {field["name"]}
+            assert not part or hasattr(getattr(struct(), whole), part)
+
+
 def test_an_unknown_keyword_names_the_nearest_field(struct):
     name = struct.fields()[0]["name"]
     with pytest.raises(TypeError, match="no field"):

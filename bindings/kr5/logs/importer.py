@@ -1,6 +1,5 @@
 """The experiments of a recording from the columns of logs, as a map tells."""
 
-import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -468,8 +467,8 @@ def _data_problems(recording: kr5.cell.Recording, importer: Importer) -> list[Lo
         if name not in measured:
             importer.note(f"the cell: {field}: found {p.found}, expected {p.expected}")
             continue
-        if measured[name]:  # what was measured stands for the commands
-            field = re.sub(r"^qc(?=\d*$)", "q", field)
+        if measured[name] and column_family(field) == "qc":  # what was measured stands for the commands
+            field = "q" + field.removeprefix("qc")
         remedy = f"check columns.{column_family(field)}"
         if field == "t":
             even = importer.map.words.put("resample", every="SECONDS")

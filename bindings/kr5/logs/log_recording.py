@@ -1,6 +1,5 @@
 """A recording made of logs and a model of the robot, without a map written by hand."""
 
-import re
 import tempfile
 import warnings
 from collections.abc import Mapping, Sequence
@@ -12,6 +11,7 @@ import yaml
 
 import kr5
 import kr5.cell
+import kr5.io
 from kr5 import arm_log
 from kr5.logs.importer import Readings, import_recording
 from kr5.logs.map_guess import guess_map
@@ -130,8 +130,19 @@ def _with_overrides(cell: kr5.cell.Cell, overrides: list[tuple[list[str], object
         try:
             cell = kr5.cell.parse_cell(yaml.safe_dump(data, sort_keys=False), where)
         except kr5.Error as error:
-            raise kr5.InvalidArgument(re.sub(rf"^{re.escape(where)}:\d+: ", f"{where}: ", str(error))) from error
+            raise kr5.Errors(_faults(data, where) or [str(error)]) from error
     return cell
+
+
+def _faults(data: dict[str, object], where: str) -> list[str]:
+    """What is wrong with a cell, each told of `where`."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "cell.yaml"
+        file.write_text(yaml.safe_dump(data, sort_keys=False))
+        faults = [fault for fault in kr5.cell.check(file) if fault.severity == kr5.io.Severity.Error]
+    for fault in faults:
+        fault.file, fault.line = where, 0  # which no user wrote
+    return [fault.text() for fault in faults]
 
 
 def _shows_nothing(recording: kr5.cell.Recording) -> bool:

@@ -171,14 +171,10 @@ def _sensors(cell: kr5.cell.Cell) -> Any:
 
 
 def _noise(cell: kr5.cell.Cell) -> Any:
-    import re
-
     rows = []
     for field in type(cell.noise).fields():
         value = getattr(cell.noise, field["name"])
-        found = re.search(r"\[([^]]*)\]", field["doc"])
-        unit = found[1] if found else ""
-        text = re.sub(r"; empty: .*| \[[^]]*\]|\.$", "", field["doc"])
+        unit, text = field["unit"], field["meaning"].removesuffix(".")
         if isinstance(value, list):
             for k, v in enumerate(value):
                 rows.append([field["name"], str(k + 1), v, joint_unit(cell, k, unit), "" if k else text])

@@ -1,7 +1,6 @@
 """Tables of numbers with units, for people."""
 
 import dataclasses
-import re
 from collections.abc import Iterable
 from typing import Any
 
@@ -70,7 +69,13 @@ def _text_width(text: str) -> int:
 
 def _words(text: str) -> list[str]:
     """What is not broken: words, and units in brackets."""
-    return re.findall(r"\[[^\]]*\]|\S+", text)
+    words: list[str] = []
+    for word in text.split():
+        if words and words[-1].startswith("[") and not words[-1].endswith("]"):
+            words[-1] += f" {word}"
+        else:
+            words.append(word)
+    return words
 
 
 def _longest_word(text: str) -> int:

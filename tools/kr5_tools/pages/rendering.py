@@ -79,7 +79,8 @@ def embed_plot(plot: ShownPlot) -> dict[str, Any]:
 def word_columns(table: dict[str, Any]) -> list[int]:
     """The columns of a table that hold no number, which stand to the left."""
     columns = list(zip(*table["rows"]))
-    return [k for k, cells in enumerate(columns) if not any(re.match(r"[-+−±]? ?[\d.]", str(cell)) for cell in cells)]
+    starts = [[str(cell).lstrip("-+−± ")[:1] for cell in cells] for cells in columns]
+    return [k for k, cells in enumerate(starts) if not any(start == "." or start.isdecimal() for start in cells)]
 
 
 def read_vendored(name: str) -> Any:

@@ -66,7 +66,8 @@ struct ArmAxesResult {
           "Parameters that the axes determine, joint by joint: not b and theta_offset of the first joint, which place "
           "the first frame, not those of the last row, which ends in what was measured, and beside near-parallel axes "
           "beta in place of b.");
-    visit("covariance", self.covariance, "Covariance of the parameters, in their order [m, rad].");
+    visit("covariance", self.covariance,
+          covariance_doc("parameters", "Covariance of the parameters, in their order [m, rad]."));
     visit("findings", self.findings, "Reasons to doubt several turns together; those of one turn are with its axis.");
     visit("fit", self.fit, "Report of the estimation.");
   }

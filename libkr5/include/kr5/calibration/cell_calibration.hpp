@@ -122,14 +122,19 @@ struct CellCalibrationResult {
     visit("T_fixed_target", self.T_fixed_target,
           "Pose of the target in the base (in hand) or on the flange (to hand).");
     visit("covariance", self.covariance,
-          "Covariance of T_mount_camera, right perturbation, the uncertainty of all else included [m, rad].");
-    visit("covariance_target", self.covariance_target, "Covariance of T_fixed_target, right perturbation [m, rad].");
+          covariance_doc(
+              "T_mount_camera",
+              "Covariance of T_mount_camera, right perturbation, the uncertainty of all else included [m, rad]."));
+    visit("covariance_target", self.covariance_target,
+          covariance_doc("T_fixed_target", "Covariance of T_fixed_target, right perturbation [m, rad]."));
     visit("T_flange_scanner", self.T_flange_scanner, "Scanner in the flange, where there is one.");
     visit("covariance_scanner", self.covariance_scanner,
-          "Covariance of T_flange_scanner, right perturbation [m, rad].");
+          covariance_doc("T_flange_scanner", "Covariance of T_flange_scanner, right perturbation [m, rad]."));
     visit("T_camera_scanner", self.T_camera_scanner, "Scanner in a camera that is also on the flange.");
     visit("covariance_camera_scanner", self.covariance_camera_scanner,
-          "Covariance of T_camera_scanner, right perturbation, with what camera and scanner have in common [m, rad].");
+          covariance_doc("T_camera_scanner",
+                         "Covariance of T_camera_scanner, right perturbation, with what camera and scanner have in "
+                         "common [m, rad]."));
     visit("parameters", self.parameters, "Every estimated number; of a pose the change from the start.");
     visit("parameter_covariance", self.parameter_covariance, "Covariance, in the order and units of `parameters`.");
     visit("unidentifiable", self.unidentifiable, "Combinations that the measurements alone do not determine.");

@@ -102,8 +102,10 @@ struct HandEyeResult {
           "Pose of the camera on the flange (in hand) or in the base (to hand).");
     visit("T_fixed_target", self.T_fixed_target,
           "Pose of the target in the base (in hand) or on the flange (to hand).");
-    visit("covariance", self.covariance, "Covariance of T_mount_camera, right perturbation [m, rad].");
-    visit("covariance_target", self.covariance_target, "Covariance of T_fixed_target, right perturbation [m, rad].");
+    visit("covariance", self.covariance,
+          covariance_doc("T_mount_camera", "Covariance of T_mount_camera, right perturbation [m, rad]."));
+    visit("covariance_target", self.covariance_target,
+          covariance_doc("T_fixed_target", "Covariance of T_fixed_target, right perturbation [m, rad]."));
     visit("covariance_dof", self.covariance_dof,
           "Degrees of freedom behind the covariance, by which it is already inflated; a million: known noise [-].");
     visit("sigma_pixel", self.sigma_pixel, "Noise of a detected point, given or estimated [px].");

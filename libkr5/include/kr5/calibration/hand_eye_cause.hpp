@@ -84,7 +84,8 @@ struct NamedCause {
     visit("T_mount_camera", self.T_mount_camera,
           "Pose of the camera with the cause corrected, by a fit to the poses of the target alone; absent when it "
           "cannot be.");
-    visit("covariance", self.covariance, "Covariance of T_mount_camera, right perturbation [m, rad].");
+    visit("covariance", self.covariance,
+          covariance_doc("T_mount_camera", "Covariance of T_mount_camera, right perturbation [m, rad]."));
   }
 };
 

@@ -96,7 +96,7 @@ struct ParallelPlaneLengths {
     visit("a3", self.a3,
           "Offset of the elbow; positive when it brings the upright forearm nearer to axis 1 than axis 2 is [m].");
     visit("b4", self.b4, "Length of the forearm [m].");
-    visit("covariance", self.covariance, "Covariance of a1, a2, a3 and b4 [m^2].");
+    visit("covariance", self.covariance, covariance_doc("a1 a2 a3 b4", "Covariance of a1, a2, a3 and b4 [m^2]."));
     visit("a1_other", self.a1_other,
           "Length a1 of the solution that was not taken; a3 and b4 change places in it [m].");
     visit("separation", self.separation, "Distance of the two solutions, in standard deviations of a1 [-].");

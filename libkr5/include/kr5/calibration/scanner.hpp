@@ -149,7 +149,8 @@ struct ScannerResult {
 
   static void each_field(auto& self, auto&& visit) {
     visit("T_flange_scanner", self.T_flange_scanner, "Scanner in the flange.");
-    visit("covariance", self.covariance, "Its covariance, right perturbation [m, rad].");
+    visit("covariance", self.covariance,
+          covariance_doc("T_flange_scanner", "Its covariance, right perturbation [m, rad]."));
     visit("dof", self.dof,
           "Degrees of freedom behind the covariance, by which it is already inflated; a million: known noise [-].");
     visit("arm", self.arm, "Refined arm, where one was given; else without joints.");

@@ -23,8 +23,10 @@ struct ScannerFromPoints {
     visit("T_flange_scanner", self.T_flange_scanner, "Scanner in the flange.");
     visit("rms", self.rms, "RMS distance of the points after the fit [m].");
     visit("covariance", self.covariance,
-          "Covariance of the pose, right perturbation, for noise as the residuals show it; zero of three points "
-          "without noise [m, rad].");
+          covariance_doc(
+              "T_flange_scanner",
+              "Covariance of the pose, right perturbation, for noise as the residuals show it; zero of three points "
+              "without noise [m, rad]."));
     visit("fit", self.fit, "Report of the estimation.");
   }
 };

@@ -19,7 +19,8 @@ struct SphereFit {
 
   static void each_field(auto& self, auto&& visit) {
     visit("centre", self.centre, "Centre of the sphere, in the frame of the points [m].");
-    visit("covariance", self.covariance, "Covariance of the centre, for noise as the residuals show it [m^2].");
+    visit("covariance", self.covariance,
+          covariance_doc("centre", "Covariance of the centre, for noise as the residuals show it [m^2]."));
     visit("rms", self.rms, "RMS distance of the points from the surface [m].");
     visit("fit", self.fit, "Report of the estimation.");
   }

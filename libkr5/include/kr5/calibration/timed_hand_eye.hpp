@@ -93,8 +93,10 @@ struct TimedHandEyeResult {
     visit("offset_std", self.offset_std, "Standard deviation of the offset, with the errors' correlation in time [s].");
     visit("T_hand_camera", self.T_hand_camera, "Pose of the camera on the hand.");
     visit("T_base_world", self.T_base_world, "Pose of the camera's world (the target) in the base.");
-    visit("covariance", self.covariance, "Covariance of T_hand_camera, right perturbation [m, rad].");
-    visit("covariance_world", self.covariance_world, "Covariance of T_base_world, right perturbation [m, rad].");
+    visit("covariance", self.covariance,
+          covariance_doc("T_hand_camera", "Covariance of T_hand_camera, right perturbation [m, rad]."));
+    visit("covariance_world", self.covariance_world,
+          covariance_doc("T_base_world", "Covariance of T_base_world, right perturbation [m, rad]."));
     visit("covariance_dof", self.covariance_dof,
           "Degrees of freedom behind both covariances, by which they and offset_std are already inflated [-].");
     visit("sigma_position", self.sigma_position,

@@ -78,7 +78,7 @@ struct ToolResult {
 
   static void each_field(auto& self, auto&& visit) {
     visit("tip", self.tip, "Tool centre point in the flange frame [m].");
-    visit("covariance", self.covariance, "Covariance of the tip [m^2].");
+    visit("covariance", self.covariance, covariance_doc("tip", "Covariance of the tip [m^2]."));
     visit("covariance_dof", self.covariance_dof,
           "Degrees of freedom behind the covariance, by which it is already inflated; a million: known noise [-].");
     visit("point", self.point, "Touched point in the base [m].");

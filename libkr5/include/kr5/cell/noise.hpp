@@ -40,9 +40,9 @@ struct Noise {
     visit("laser", self.laser, "Range of the line scanner [m].");
     visit("depth", self.depth, "Depth z of a profile [m].");
     visit("joint_current", self.joint_current,
-          "Motor current of each joint, in place of current; empty: the same for all [A].");
+          "Motor current of each joint, where they differ, in place of current [A].");
     visit("joint_torque", self.joint_torque,
-          "Joint torque of each joint, in place of torque; empty: the same for all [N m or N].");
+          "Joint torque of each joint, where they differ, in place of torque [N m or N].");
   }
 };
 

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <concepts>
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -16,12 +17,50 @@
 ///   static void each_field(auto& self, auto&& visit) { visit("sigma", self.sigma, "Standard deviation [m]."); }
 /// };
 /// @endcode
+/// What is said of a field of a number ends with its unit in brackets, `[-]` for a plain number; `unit_of` tells it. A
+/// covariance names the fields that it is of:
+/// @code
+/// visit("covariance", self.covariance, covariance_doc("T_base_tool", "Covariance of T_base_tool [m, rad]."));
+/// @endcode
 /// An enumeration lists its values in a function found beside it:
 /// @code
 /// constexpr auto enum_names(Mount) { return names<Mount>({{Mount::EyeInHand, "eye_in_hand"}, ...}); }
 /// @endcode
 
 namespace kr5 {
+
+/// What is said of a field. A literal will do, and stands for one.
+struct FieldDoc {
+  constexpr FieldDoc(const char* text, const char* covariance_of = "") : text(text), covariance_of(covariance_of) {}
+  constexpr operator const char*() const { return text; }
+
+  const char* text;
+  const char* covariance_of;  ///< Fields with blanks between, "T_base_tool" or "camera.fx camera.fy"; else empty.
+};
+
+/// Of a field that is the covariance of others of the struct: of a pose (right perturbation), of an array, or of as
+/// many numbers as it has rows.
+constexpr FieldDoc covariance_doc(const char* fields, const char* text) { return {text, fields}; }
+
+/// The unit in what is said of a field: what stands in the last brackets; `-` without.
+constexpr std::string_view unit_of(std::string_view doc) {
+  const std::size_t begin = doc.rfind('['), end = doc.rfind(']');
+  if (begin == std::string_view::npos || end == std::string_view::npos || end < begin) return "-";
+  return doc.substr(begin + 1, end - begin - 1);
+}
+
+/// The rest of it, without what stands in brackets.
+inline std::string without_unit(std::string_view doc) {
+  std::string out;
+  for (std::size_t at = 0; at < doc.size();) {
+    const std::size_t begin = doc.find('[', at), end = doc.find(']', begin);
+    if (end == std::string_view::npos) return out.append(doc.substr(at));
+    out.append(doc.substr(at, begin - at));
+    while (!out.empty() && out.back() == ' ') out.pop_back();
+    at = end + 1;
+  }
+  return out;
+}
 
 namespace detail {
 struct AnyVisitor {

@@ -46,7 +46,8 @@ struct SingleImageResult {
     visit("T_flange_camera", self.T_flange_camera,
           "Pose of the camera in the frame of the points, usually the flange.");
     visit("covariance", self.covariance,
-          "Covariance of T_flange_camera from pixel noise alone, right perturbation [m, rad].");
+          covariance_doc("T_flange_camera",
+                         "Covariance of T_flange_camera from pixel noise alone, right perturbation [m, rad]."));
     visit("sigma_pixel", self.sigma_pixel, "Standard deviation of a detected point per axis, given or estimated [px].");
     visit("rms_px", self.rms_px, "RMS distance of seen and predicted points [px].");
     visit("depth_ratio", self.depth_ratio, "Ratio of the least to the middle extent of the points; 0 on a plane [-].");

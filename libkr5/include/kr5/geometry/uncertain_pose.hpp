@@ -22,7 +22,8 @@ struct UncertainPose {
 
   static void each_field(auto& self, auto&& visit) {
     visit("T", self.T, "Pose.");
-    visit("covariance", self.covariance, "Covariance of its error, right perturbation, linear first [m, rad].");
+    visit("covariance", self.covariance,
+          covariance_doc("T", "Covariance of its error, right perturbation, linear first [m, rad]."));
   }
 };
 
@@ -51,7 +52,8 @@ struct UncertainVector {
 
   static void each_field(auto& self, auto&& visit) {
     visit("value", self.value, "Value.");
-    visit("covariance", self.covariance, "Covariance of its error, in the units of the value.");
+    visit("covariance", self.covariance,
+          covariance_doc("value", "Covariance of its error, in the units of the value."));
   }
 };
 

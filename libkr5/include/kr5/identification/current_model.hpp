@@ -42,7 +42,9 @@ struct CurrentModel {
     visit("torque_constant", self.torque_constant, "Joint torque over current, k_m [N m/A or N/A].");
     visit("offset", self.offset, "Current without torque, alpha [A].");
     visit("hysteresis", self.hysteresis, "Half the width of the hysteresis, beta [A].");
-    visit("covariance", self.covariance, "Covariance of torque_constant, offset and hysteresis, in this order.");
+    visit("covariance", self.covariance,
+          covariance_doc("torque_constant offset hysteresis",
+                         "Covariance of torque_constant, offset and hysteresis, in this order."));
     visit("sigma", self.sigma, "Standard deviation of the currents about the law [A].");
     visit("standstill", self.standstill, "Speed at and below which the direction counts as none [rad/s or m/s].");
     visit("fit", self.fit, "Status of the estimation.");

@@ -115,7 +115,7 @@ struct DynamicsResult {
     visit("observability", self.observability, "Information in the fitted samples.");
     visit("values", self.values, "Base parameters [SI].");
     visit("deviations", self.deviations, "Standard deviations of the base parameters [SI].");
-    visit("covariance", self.covariance, "Covariance of the base parameters [SI].");
+    visit("covariance", self.covariance, covariance_doc("base", "Covariance of the base parameters [SI]."));
     visit("parameters", self.parameters, "Standard parameters that predict the torques [SI].");
     visit("bodies", self.bodies, "Body of each link in its frame; of the consistent estimator only.");
     visit("predicted", self.predicted, "Predicted torques of all samples [N m or N].");

@@ -117,7 +117,7 @@ struct ForceTorqueResult {
     visit("com", self.com, "Its centre of mass in S [m].");
     visit("T_flange_sensor", self.T_flange_sensor, "Sensor in the flange [m, rad].");
     visit("parameters", self.parameters, "Every estimated number by name.");
-    visit("covariance", self.covariance, "Covariance of `parameters`.");
+    visit("covariance", self.covariance, covariance_doc("parameters", "Covariance of `parameters`."));
     visit("force_noise", self.force_noise, "Standard deviation of the force residuals [N].");
     visit("torque_noise", self.torque_noise, "Standard deviation of the torque residuals [N m].");
     visit("outliers", self.outliers, "Readings that contradict the others and are left out, counted from 0.");

@@ -94,7 +94,7 @@ struct GravityModel {
     visit("gravity", self.gravity, "Gravity in B [m/s^2].");
     visit("names", self.names, "Combinations of mass moments that torques determine: m3 c3x + 0.12 m4.");
     visit("parameters", self.parameters, "Their values [kg m or kg].");
-    visit("covariance", self.covariance, "Covariance of the parameters.");
+    visit("covariance", self.covariance, covariance_doc("parameters", "Covariance of the parameters."));
     visit("grouping", self.grouping,
           "The parameters as combinations of m, m cx, m cy, m cz of link 1, then of link 2, and so on.");
     visit("untold", self.untold, "Directions (columns) of the parameters that the motion does not determine.");

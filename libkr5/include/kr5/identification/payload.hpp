@@ -38,7 +38,7 @@ struct PayloadResult {
     visit("fit", self.fit, "Report of the estimation.");
     visit("body", self.body, "Payload in the frame of the last link.");
     visit("moments", self.moments, "m, m cx, m cy, m cz, Ixx Ixy Ixz Iyy Iyz Izz about the flange's origin [SI].");
-    visit("covariance", self.covariance, "Covariance of the moments [SI].");
+    visit("covariance", self.covariance, covariance_doc("moments", "Covariance of the moments [SI]."));
     visit("mass_deviation", self.mass_deviation, "Standard deviation of the mass [kg].");
     visit("com_deviation", self.com_deviation, "Standard deviations of the centre of mass [m].");
     visit("possible", self.possible, "Whether such a body can exist.");

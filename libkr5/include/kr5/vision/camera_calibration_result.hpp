@@ -35,7 +35,9 @@ struct CameraViewReport {
     visit("name", self.name, "Name of the view.");
     visit("T_camera_target", self.T_camera_target, "Pose of the target in the camera.");
     visit("covariance", self.covariance,
-          "Covariance of T_camera_target, right perturbation, the uncertainty of the camera included [m, rad].");
+          covariance_doc(
+              "T_camera_target",
+              "Covariance of T_camera_target, right perturbation, the uncertainty of the camera included [m, rad]."));
     visit("rms_px", self.rms_px, "RMS distance of seen and predicted points [px].");
     visit("noise_px", self.noise_px, "Noise of the view's points per axis, by a robust scale [px].");
     visit("weight", self.weight, "Weight of the view in the fit; 1 for one of average noise, 0 when left out [-].");
@@ -142,7 +144,10 @@ struct CameraCalibration {
     visit("square_pixels", self.square_pixels, "Square pixels, fx = fy.");
     visit("bent_target", self.bent_target, "Estimation of the target's shape.");
     visit("free", self.free, "Names of the free parameters; with square pixels fy follows fx.");
-    visit("covariance", self.covariance, "Covariance of fx fy cx cy k1 k2 p1 p2 k3 k4 k5 k6; fixed ones are 0.");
+    visit("covariance", self.covariance,
+          covariance_doc("camera.fx camera.fy camera.cx camera.cy camera.k1 camera.k2 camera.p1 camera.p2 camera.k3 "
+                         "camera.k4 camera.k5 camera.k6",
+                         "Covariance of fx fy cx cy k1 k2 p1 p2 k3 k4 k5 k6; fixed ones are 0."));
     visit("target_shape", self.target_shape, "Bow xx, xy, yy; stretch; shear of a flat target, in half its size [-].");
     visit("sigma_pixel", self.sigma_pixel, "Standard deviation of a point per axis [px].");
     visit("dispersion", self.dispersion,

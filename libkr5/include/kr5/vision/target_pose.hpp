@@ -53,7 +53,8 @@ struct TargetPose {
 
   static void each_field(auto& self, auto&& visit) {
     visit("T_camera_target", self.T_camera_target, "Pose of the target in the camera, the more probable one.");
-    visit("covariance", self.covariance, "Covariance of T_camera_target, right perturbation [m, rad].");
+    visit("covariance", self.covariance,
+          covariance_doc("T_camera_target", "Covariance of T_camera_target, right perturbation [m, rad]."));
     visit("covariance_dof", self.covariance_dof,
           "Degrees of freedom behind the covariance, by which it is already inflated; a million: known noise [-].");
     visit("T_camera_target_second", self.T_camera_target_second, "Second pose that explains a flat target.");

@@ -23,13 +23,6 @@ double greatest(std::string_view unit) {
 /// The least of these: no unit need be known below it.
 constexpr double min_limit = 1e2;
 
-/// What stands in the last brackets of a field's documentation.
-std::string_view unit_of(std::string_view doc) {
-  const std::size_t begin = doc.rfind('['), end = doc.rfind(']');
-  if (begin == std::string_view::npos || end == std::string_view::npos || end < begin) return "-";
-  return doc.substr(begin + 1, end - begin - 1);
-}
-
 /// A field on the way from the cell to a number. Texts are made where a number is wrong: a simulator checks a cell
 /// before each prediction.
 struct Step {
