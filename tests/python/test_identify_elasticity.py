@@ -90,3 +90,16 @@ def test_readings_that_cannot_be_are_refused(tmp_path, run_kr5, readings):
         done.stderr.replace("│", " ").split()
     )
     assert "no such file" in " ".join(run_kr5("identify", "elasticity", "absent.csv").stderr.split())
+
+
+def result(folder):
+    random = np.random.default_rng(4)
+    tau, q = random.uniform(-60, 60, (200, 2)), random.uniform(-1, 1, (200, 2))
+    lead = tau / [2e4, 8e3] + random.normal(0, 1e-5, tau.shape)
+    columns = {"q": q, "m": q + lead, "tau": tau + random.normal(0, 1, tau.shape)}
+    table = {f"{name}{k + 1}": values[:, k] for name, values in columns.items() for k in range(2)}
+    write(folder / "readings.csv", table)
+    return "identify", "elasticity", "readings.csv", "--torque-noise", "1", "-o", "r.json"
+
+
+RESULTS = {"kr5-elasticity/1": result}

@@ -225,3 +225,14 @@ def test_an_excitation_that_cannot_be_is_refused(run_kr5, tmp_path):
     assert "zones.yaml:1: keep_out[0].size" in refused("--keep-out", "zones.yaml")
     (tmp_path / "bare.yaml").write_text("format: kr5-cell/1\nrobot:\n  dh:\n  - {a: 0.7}\n")
     assert "robot.limits: the cell states none" in refused(arm="bare.yaml")
+
+
+def gravity_result(folder):
+    slow_log(cell.load_cell(find_shipped_cell()), folder / "slow.csv")
+    return "identify", "gravity", find_shipped_cell(), "slow.csv", "--max-speed", "1", "-o", "r.json"
+
+
+RESULTS = {
+    "kr5-gravity/1": gravity_result,
+    "kr5-excitation/1": lambda _: ("identify", "excitation", find_shipped_cell(), *FEW, "-o", "r.json"),
+}

@@ -6,6 +6,8 @@ import kr5.cell
 import numpy as np
 import pytest
 
+from conftest import ROOT
+
 
 @pytest.fixture(scope="module")
 def cases(reference):
@@ -89,3 +91,6 @@ def test_what_does_not_tell_a_load_is_refused(tmp_path, cases, run_kr5):
         "- {name: motion-1, kind: motion, file: motion-1.csv, split: fit}\n"
     )
     assert "the motion does not determine" in refused("rec")
+
+
+RESULTS = {"kr5-payload/1": lambda _: ("identify", "payload", ROOT / "share/data/friction", "-o", "r.json")}

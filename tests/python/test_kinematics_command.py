@@ -540,3 +540,16 @@ def test_postures_that_excite_little_or_nothing_are_told(folder, arm, run_kr5):
     write(folder / "still.csv", np.repeat(q[:1], 20, axis=0), np.repeat(places[:1], 20, axis=0))
     done = run_kr5("calibrate", "kinematics", "still.csv", "--cell", "cell.yaml")
     assert done.returncode == 2 and "no joint moved" in done.stderr
+
+
+def kinematics_result(folder):
+    write(folder / "postures.csv", *measured(cell.load_cell(find_shipped_cell()).nominal_chain(), 40, 1))
+    return "calibrate", "kinematics", "postures.csv", "--cell", find_shipped_cell(), "-o", "r.json"
+
+
+def axes_result(folder):
+    write(folder / "turns.csv", *turns(cell.load_cell(find_shipped_cell()).nominal_chain()))
+    return "identify", "axes", "turns.csv", "-o", "r.json"
+
+
+RESULTS = {"kr5-kinematics/1": kinematics_result, "kr5-axes/1": axes_result}

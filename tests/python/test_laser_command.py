@@ -404,3 +404,13 @@ def test_python_has_the_features_the_points_and_the_camera():
     assert np.allclose(np.array(camera.T) @ pose.T, SCANNER)
     with pytest.raises(kr5.InvalidArgument, match="at least four profiles"):
         calibration.calibrate_scanner([], [])
+
+
+def result(folder):
+    profiles, poses, targets = make_scans()
+    write_profiles(folder / "profiles.csv", profiles, targets)
+    write_poses(folder / "poses.csv", poses)
+    return "calibrate", "laser", ".", *TARGETS, "-o", "r.json"
+
+
+RESULTS = {"kr5-laser/1": result}

@@ -154,3 +154,11 @@ def test_input_that_is_no_test_is_refused(run_kr5, tmp_path):
     refused("r.csv", "--commanded", "c.csv", words="stands twice")
     write(tmp_path / "c.csv", [("P9", COMMANDS["P1"])], commanded=False)
     refused("r.csv", "--commanded", "c.csv", words="P9 has a command, but no returns")
+
+
+def result(folder):
+    write(folder / "returns.csv", draw())
+    return "repeatability", "returns.csv", "-o", "r.json"
+
+
+RESULTS = {"kr5-repeatability/1": result}

@@ -1,21 +1,15 @@
 """`kr5 report` on a real result of every format: the page in light and dark, on a desk and a phone."""
 
+import importlib
 import json
 from pathlib import Path
 
-import numpy as np
 import pytest
-from kr5 import cell
 from kr5.files import results
 from kr5.files.paths import find_shipped_cell
 
-import test_identify_elasticity
-import test_kinematics_command
-import test_laser_command
-import test_repeatability
 from command_runner import run_command
 from conftest import ROOT
-from test_identify_motion import FEW, slow_log
 from test_tool import streams, write_stream
 
 SHARE = ROOT / "share"
@@ -54,48 +48,9 @@ def marker_map(folder):
     return "calibrate", "map", *images, *size, "-o", "r.json"
 
 
-def kinematics(folder):
-    chain = cell.load_cell(CELL).nominal_chain()
-    test_kinematics_command.write(folder / "postures.csv", *test_kinematics_command.measured(chain, 40, 1))
-    return "calibrate", "kinematics", "postures.csv", "--cell", CELL, "-o", "r.json"
-
-
 def postures(folder):
     few = ("--count", "12", "--draw", "60")
     return "calibrate", "postures", "--cell", CELL, *few, "-o", "q.csv", "--json", "r.json"
-
-
-def axes(folder):
-    chain = cell.load_cell(CELL).nominal_chain()
-    test_kinematics_command.write(folder / "turns.csv", *test_kinematics_command.turns(chain))
-    return "identify", "axes", "turns.csv", "-o", "r.json"
-
-
-def laser(folder):
-    profiles, poses, targets = test_laser_command.make_scans()
-    test_laser_command.write_profiles(folder / "profiles.csv", profiles, targets)
-    test_laser_command.write_poses(folder / "poses.csv", poses)
-    return "calibrate", "laser", ".", *test_laser_command.TARGETS, "-o", "r.json"
-
-
-def elasticity(folder):
-    random = np.random.default_rng(4)
-    tau, q = random.uniform(-60, 60, (200, 2)), random.uniform(-1, 1, (200, 2))
-    lead = tau / [2e4, 8e3] + random.normal(0, 1e-5, tau.shape)
-    columns = {"q": q, "m": q + lead, "tau": tau + random.normal(0, 1, tau.shape)}
-    table = {f"{name}{k + 1}": values[:, k] for name, values in columns.items() for k in range(2)}
-    test_identify_elasticity.write(folder / "readings.csv", table)
-    return "identify", "elasticity", "readings.csv", "--torque-noise", "1", "-o", "r.json"
-
-
-def gravity(folder):
-    slow_log(cell.load_cell(CELL), folder / "slow.csv")
-    return "identify", "gravity", CELL, "slow.csv", "--max-speed", "1", "-o", "r.json"
-
-
-def repeatability(folder):
-    test_repeatability.write(folder / "returns.csv", test_repeatability.draw())
-    return "repeatability", "returns.csv", "-o", "r.json"
 
 
 def bin_of(folder):
@@ -135,7 +90,6 @@ def gap_plan(folder):
     return "gap", "plan", RECORDING, "--separate", "coulomb_friction:joint6,backlash:joint6", "--json", "r.json"
 
 
-# The command that writes a result of each format; the file is r.json unless RESULT_FILES says another.
 def old_diagnosis(folder):
     """No command writes it any more."""
     old = json.loads((Path(__file__).parent / "data/gap-1.json").read_text())
@@ -143,30 +97,30 @@ def old_diagnosis(folder):
     return ("--version",)
 
 
+def told_by_tests():
+    """The RESULTS of the tests of commands: by format, what makes its inputs in a folder and returns the words."""
+    files = [f for f in sorted(Path(__file__).parent.glob("test_*.py")) if "\nRESULTS = {" in f.read_text("utf-8")]
+    return {name: make for f in files for name, make in importlib.import_module(f.stem).RESULTS.items()}
+
+
+# The command that writes a result of each format; the file is r.json unless RESULT_FILES says another.
 MAKERS = {
+    **told_by_tests(),
     "kr5-camera/1": camera,
     "kr5-hand-eye/1": hand_eye,
     "kr5-tool/1": lambda _: ("calibrate", "tool", SHARE / "data/touches", "-o", "r.json"),
-    "kr5-kinematics/1": kinematics,
     "kr5-postures/1": postures,
     "kr5-cell-calibration/1": lambda _: ("calibrate", "cell", DEMO, "-o", "r.json"),
-    "kr5-laser/1": laser,
     "kr5-laser-study/1": lambda _: (
         *("calibrate", "laser-study", "--stand-offs", "0.16:0.22:0.03", "--speeds", "0.01,0.1", "--passes", 4),
         *("-o", "r.json"),
     ),
-    "kr5-axes/1": axes,
     "kr5-drives/1": lambda _: (
         *("identify", "drives", SHARE / "data/drives/kr5_table_b2.csv", "--angle-unit", "deg", "--common-zero"),
         *("-o", "r.json"),
     ),
-    "kr5-elasticity/1": elasticity,
     "kr5-dynamics/1": lambda _: ("identify", "dynamics", RECORDING, "-o", "r.json"),
-    "kr5-payload/1": lambda _: ("identify", "payload", RECORDING, "-o", "r.json"),
-    "kr5-repeatability/1": repeatability,
     "kr5-workspace/1": lambda _: ("workspace", CELL, "--samples", "3000", "-o", "r.json"),
-    "kr5-gravity/1": gravity,
-    "kr5-excitation/1": lambda _: ("identify", "excitation", CELL, *FEW, "-o", "r.json"),
     "kr5-axes-study/1": lambda _: (
         *("identify", "study", "--trials", "2", "--device", "laser_tracker", "--arc", "20", "-o", "r.json"),
     ),

@@ -203,8 +203,7 @@ def _require_logs(paths: Sequence[Path]) -> None:
         if path.is_dir() and not is_log_folder(path):
             raise kr5.FileError(
                 path,
-                f"is a folder without recording.yaml (a recording), and no log; expected one of these: {FOLDER_WORDS},"
-                " or log files",
+                f"is a folder without recording.yaml (a recording), and no log; expected {FOLDER_WORDS}, or log files",
             )
 
 

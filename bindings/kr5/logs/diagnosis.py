@@ -28,7 +28,7 @@ def read_logs(
 ) -> ComparedSource:
     """Logs of one robot as a recording, columns found by their names and numbers.
 
-    logs: CSV, NPZ, MCAP or bag, one or several. model: URDF, MJCF or cell file of the robot. base, tip: links of the
+    logs: in any format, one or several. model: URDF, MJCF or cell file of the robot. base, tip: links of the
     model between which the arm is. every: interval of rows without a clock [s]. columns: their
     names in order, where a log has none or others, such as "t,q{1-6},tau{1-6}". settings: entries of the map or the
     cell, such as "columns.tau.unit=N mm". trust: also numbers that are implausible.

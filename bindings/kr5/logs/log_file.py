@@ -36,52 +36,66 @@ NUMBER = r"[-+]?\d+(,\d+)?([eE][-+]?\d+)?"
 BLANKS_AND_DECIMAL_COMMAS = re.compile(rf" *{NUMBER}( +{NUMBER})+ *")
 
 
-# Formats by their ending, each read by one function from a file to columns: a line here is a format of every command.
-READERS: dict[str, Callable[[Path], Log]] = {
-    "npz": read_npz,
-    "mcap": read_mcap,
-    "db3": read_bag,
-    "bag": read_bag,
-    "parquet": read_parquet,
-    "h5": read_hdf5,
-    "hdf5": read_hdf5,
-    "pt": read_torch,
-    "pth": read_torch,
-    "json": read_json_log,
-}
-TEXTS = ("csv", "txt", "tsv", "dat", "log")
-ENDINGS = (*TEXTS, *READERS)
-TABLE_ENDINGS = tuple(ending for ending in ENDINGS if ending != "json")  # poses in JSON have readers of their own
+@dataclass(frozen=True)
+class FileFormat:
+    """A log that is a file with one of these endings."""
+
+    name: str
+    endings: tuple[str, ...]
+    read: Callable[[Path], Log]
 
 
 @dataclass(frozen=True)
 class FolderFormat:
-    """A log that is a folder."""
+    """A log that is a folder, known by the files `marks` in it."""
 
+    name: str
+    marks: str
     holds: Callable[[Path], bool]
     read: Callable[[Path], Log]
 
 
 @dataclass(frozen=True)
 class DataSetFormat:
-    """A file or folder with several recordings of one robot, its episodes, by their numbers."""
+    """A file, or a folder with the files `marks`, of several recordings of one robot: its episodes, by number."""
 
+    name: str
+    marks: str
     holds: Callable[[Path], bool]
     episodes: Callable[[Path], list[int]]
     read: Callable[[Path, int], Log]
 
 
+# A line here is a format of every command: errors and help texts take their words from it.
+FILES = (
+    FileFormat("NPZ", ("npz",), read_npz),
+    FileFormat("MCAP", ("mcap",), read_mcap),
+    FileFormat("ROS bag", ("db3", "bag"), read_bag),
+    FileFormat("Parquet", ("parquet",), read_parquet),
+    FileFormat("HDF5", ("h5", "hdf5"), read_hdf5),
+    FileFormat("PyTorch", ("pt", "pth"), read_torch),
+    FileFormat("JSON", ("json",), read_json_log),
+)
 FOLDERS = (
-    FolderFormat(is_bag_folder, read_bag),
-    FolderFormat(is_sage_folder, lambda folder: read_sage(folder, lambda file: _read_text(file, None, IN_MAP, False))),
+    FolderFormat("ROS bag", "metadata.yaml", is_bag_folder, read_bag),
+    FolderFormat(
+        "SAGE",
+        "control.csv, state_motor.csv",
+        is_sage_folder,
+        lambda folder: read_sage(folder, lambda file: _read_text(file, None, IN_MAP, False)),
+    ),
 )
 DATA_SETS = (
-    DataSetFormat(is_lerobot, lerobot_episodes, read_lerobot),
-    DataSetFormat(is_hdf5_set, hdf5_episodes, read_hdf5_episode),
+    DataSetFormat("LeRobot", "meta/info.json", is_lerobot, lerobot_episodes, read_lerobot),
+    DataSetFormat("HDF5", "", is_hdf5_set, hdf5_episodes, read_hdf5_episode),
 )
-FOLDER_WORDS = (
-    "the folder of a ROS 2 bag (metadata.yaml), of a LeRobot data set (meta/info.json) or of SAGE (control.csv,"
-    " state_motor.csv)"
+TEXTS = ("csv", "txt", "tsv", "dat", "log")
+READERS = {ending: format.read for format in FILES for ending in format.endings}
+ENDINGS = (*TEXTS, *READERS)
+TABLE_ENDINGS = tuple(ending for ending in ENDINGS if ending != "json")  # poses in JSON have readers of their own
+LOG_FORMATS = ", ".join(dict.fromkeys(["CSV with any separator", *(f.name for f in (*FILES, *FOLDERS, *DATA_SETS))]))
+FOLDER_WORDS = "a folder in one of the formats " + ", ".join(
+    f"{format.name} ({format.marks})" for format in (*FOLDERS, *DATA_SETS) if format.marks
 )
 
 

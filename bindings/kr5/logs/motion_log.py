@@ -49,7 +49,7 @@ def read_motion_log(
     columns: str = "",
     settings: Sequence[str] = (),
 ) -> MotionLog:
-    """Reads the motion of an arm from any log: LeRobot, Parquet, HDF5, PyTorch, JSON, SAGE, CSV, NPZ, MCAP, ROS bags.
+    """Reads the motion of an arm from a log in any format (`kr5.logs.ENDINGS`, folders and data sets).
 
     cell: the arm, whose joints tell order, units and limits; without, the joints are those of the log. episode: which
     recording of a data set. every: interval of rows without a clock [s]. columns: their names in order, where a log

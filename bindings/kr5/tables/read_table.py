@@ -32,7 +32,7 @@ def read_table(
     counts: dict[str, int] | None = None,
     episode: int | None = None,
 ) -> Table:
-    """What a command needs of a file: CSV with any separator, NPZ, MCAP or a ROS bag.
+    """What a command needs of a file in any format of logs (`kr5.logs.ENDINGS`).
 
     roles: what is needed. units: those that options of the command state; without, they are as the names say, or told
     by the size of the numbers. convention: form of the rotations of poses; without, as the names say. columns: names of

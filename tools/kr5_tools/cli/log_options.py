@@ -4,12 +4,13 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from kr5.logs.log_file import LOG_FORMATS
 
 SourceArgument = Annotated[
     Path,
     typer.Argument(
         metavar="RECORDING|LOG",
-        help="Folder of a recording, or a log: CSV with any separator, NPZ, Parquet, HDF5, MCAP, a ROS bag, …",
+        help=f"Folder of a recording, or a log: {LOG_FORMATS}.",
     ),
 ]
 

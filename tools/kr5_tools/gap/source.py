@@ -7,7 +7,7 @@ import kr5.cell
 import typer
 from kr5.logs.column_list import header_entry
 from kr5.logs.compared_source import ComparedSource, SourceOptions, open_source
-from kr5.logs.log_file import ENDINGS
+from kr5.logs.log_file import LOG_FORMATS
 from rich.markup import escape
 
 from kr5_tools.cli import tables, terminal
@@ -17,11 +17,7 @@ SourceArgument = Annotated[
     list[Path],
     typer.Argument(
         metavar="SOURCE...",
-        help=(
-            "Folder of a recording (recording.yaml); or logs of a robot, with --model: "
-            + ", ".join(f".{e}" for e in ENDINGS)
-            + ", folders of ROS 2 bags, LeRobot data sets and SAGE."
-        ),
+        help=f"Folder of a recording (recording.yaml); or logs of a robot, with --model: {LOG_FORMATS}.",
     ),
 ]
 ModelOption = Annotated[

@@ -11,6 +11,7 @@ from kr5.files.result_types import ResultData
 from kr5.files.results import write_result
 from kr5.files.writing import check_writable, write_json
 from kr5.logs.joint_motion import arm_model, merged_motion
+from kr5.logs.log_file import LOG_FORMATS
 
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.options import options_from
@@ -35,7 +36,7 @@ def dynamics(
         Path,
         typer.Argument(
             metavar="RECORDING",
-            help="Folder of a recording (recording.yaml); or a log (CSV, NPZ, MCAP), with --cell or --map.",
+            help=f"Folder of a recording (recording.yaml); or a log ({LOG_FORMATS}), with --cell or --map.",
         ),
     ],
     options: identification.DynamicsOptions,

@@ -10,6 +10,7 @@ import typer
 from kr5 import cell, identification, physics
 from kr5.files.results import write_result
 from kr5.files.writing import check_writable, write_json
+from kr5.logs.log_file import LOG_FORMATS
 from kr5.tables.options import TableOptions
 from kr5.tables.roles import CURRENTS, OPTIONAL_TIME, SPEEDS, TORQUES, joints_role
 
@@ -45,8 +46,8 @@ def gravity(
             metavar="LOG",
             help=(
                 "Slow motions to and fro, joints together or one after the other: t, joint values q1 …, and torques on"
-                " the joint side tau1 … or motor currents i1 … [A]; speeds qd1 … if there are any. CSV with any"
-                " separator, NPZ, MCAP or a ROS bag."
+                " the joint side tau1 … or motor currents i1 … [A]; speeds qd1 … if there are any."
+                f" {LOG_FORMATS}."
             ),
         ),
     ],

@@ -13,6 +13,7 @@ from kr5.files.result_types import ResultData
 from kr5.files.results import write_result
 from kr5.files.writing import beside, check_writable, write_json
 from kr5.logs.joint_motion import arm_model, merged_motion
+from kr5.logs.log_file import LOG_FORMATS
 
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.options import options_from
@@ -36,7 +37,7 @@ def payload(
         Path,
         typer.Argument(
             metavar="LOADED",
-            help="Motion with the load: folder of a recording, or a log (CSV, NPZ, MCAP), with --cell or --map.",
+            help=f"Motion with the load: folder of a recording, or a log ({LOG_FORMATS}), with --cell or --map.",
         ),
     ],
     options: identification.PayloadOptions,

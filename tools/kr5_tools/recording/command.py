@@ -7,16 +7,13 @@ import typer
 from kr5.files import writing
 from kr5.logs.column_list import names_in_order
 from kr5.logs.importer import Readings, import_recording
+from kr5.logs.log_file import LOG_FORMATS
 from kr5.logs.map_file import EXAMPLE
 
 from kr5_tools.cli import arguments, tables, terminal
 from kr5_tools.cli.table_options import ColumnsOption, EpisodesOption
 
 app = typer.Typer(no_args_is_help=True)
-
-LOG_FORMATS = (
-    "CSV (also ; or tabs between columns), NPZ, Parquet, HDF5, PyTorch, JSON, MCAP, a ROS bag, LeRobot, or SAGE"
-)
 
 LogFile = Annotated[
     Path | None,
