@@ -29,11 +29,21 @@ from blind_check import (
 from blind_check.baselines import METHODS, diagnose
 from blind_check.contact import rim_height
 from blind_check.diagnosis_runs import diagnose_all
+from blind_check.job_pool import run_jobs
 from blind_check.motion import integrate
 from blind_check.signatures import Stack
 from blind_check.truth import Truth
 
 SIX_SIGMA = 6.0
+
+
+def test_jobs_give_the_same_on_processes_of_this_machine_and_of_dask():
+    distributed = pytest.importorskip("distributed", reason="pip install 'kr5[cluster]'")
+    calls = [(k, 3) for k in range(12)]
+    cubes = [k**3 for k in range(12)]
+    assert run_jobs(pow, calls, "cubing", jobs=2) == cubes
+    with distributed.LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster:
+        assert run_jobs(pow, calls, "cubing", scheduler=cluster.scheduler_address) == cubes
 
 
 def gaps(truth: Truth, folder: Path):

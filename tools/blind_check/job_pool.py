@@ -1,8 +1,9 @@
 """Spreads calls over processes of this machine, or over a Dask cluster, with progress and time left."""
 
+import contextlib
 import os
 from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
@@ -10,22 +11,17 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 errors = Console(stderr=True, highlight=False)
 
 
-def _finished(
-    function: Callable, calls: list[tuple], jobs: int | None, scheduler: str | None
-) -> Iterator[tuple[int, object]]:
-    if scheduler:
-        from dask.distributed import Client
-        from dask.distributed import as_completed as dask_completed
-
-        with Client(scheduler) as client:
-            futures = {client.submit(function, *call, pure=False): k for k, call in enumerate(calls)}
-            for future, result in dask_completed(list(futures), with_results=True):
-                yield futures[future], result
+@contextlib.contextmanager
+def _workers(jobs: int | None, scheduler: str | None) -> Iterator[Executor]:
+    """Those of Dask are asked as those of this machine are."""
+    if scheduler is None:
+        with ProcessPoolExecutor(jobs or os.cpu_count()) as pool:
+            yield pool
         return
-    with ProcessPoolExecutor(jobs or os.cpu_count()) as pool:
-        futures = {pool.submit(function, *call): k for k, call in enumerate(calls)}
-        for future in as_completed(futures):
-            yield futures[future], future.result()
+    from dask.distributed import Client
+
+    with Client(scheduler) as client, client.get_executor(pure=False) as executor:
+        yield executor
 
 
 def run_jobs(
@@ -40,9 +36,14 @@ def run_jobs(
         TimeRemainingColumn(),
     ]
     out: list = [None] * len(calls)
-    with Progress(*columns, console=errors, transient=True, disable=not errors.is_terminal) as progress:
+    hidden = not errors.is_terminal
+    with (
+        Progress(*columns, console=errors, transient=True, disable=hidden) as progress,
+        _workers(jobs, scheduler) as workers,
+    ):
         task = progress.add_task(what, total=len(calls))
-        for k, result in _finished(function, calls, jobs, scheduler):
-            out[k] = result
+        numbers = {workers.submit(function, *call): k for k, call in enumerate(calls)}
+        for future in as_completed(numbers):
+            out[numbers[future]] = future.result()
             progress.advance(task)
     return out
