@@ -3,6 +3,7 @@
 
 #include <kr5/uncertainty/confidence.hpp>
 #include <kr5/uncertainty/sobol.hpp>
+#include <kr5/uncertainty/trials.hpp>
 
 #include "struct_binder.hpp"
 
@@ -31,6 +32,28 @@ static void bind_sensitivity(py::module_& m) {
         "Changes of the outputs when one input alone is changed, by a standard deviation and over its range.");
 }
 
+static void bind_trials(py::module_& m) {
+  kr5::python::bind_struct<Count>(m, "Count", "Number of successes in a number of trials.");
+  kr5::python::bind_struct<SuccessRate>(m, "SuccessRate", "Share of successes with its exact intervals.");
+  kr5::python::bind_struct<RateTest>(m, "RateTest", "Whether a rate is below the wanted one.");
+  kr5::python::bind_struct<SampleMedian>(m, "SampleMedian", "Median of values with its interval.");
+  m.def("success_rate", &success_rate, py::arg("count"),
+        "Rate of a Count with its exact (Clopper and Pearson) two-sided 95 % interval and one-sided lower bound [-].");
+  m.def(
+      "test_rates",
+      [](const std::vector<Count>& counts, double rate, double level) { return test_rates(counts, rate, level); },
+      py::arg("counts"), py::arg("rate"), py::arg("level") = 0.05,
+      "Which of the rates are below `rate`: exact one-sided binomial tests, corrected after Holm, so that with the\n"
+      "probability `level` at most any of them is called so wrongly.\n\n"
+      "Returns\n-------\nlist of RateTest\n\n"
+      "Raises\n------\nkr5.InvalidArgument\n    A count without trials, a rate or a level outside 0 to 1.");
+  m.def("same_rate_probability", &same_rate_probability, py::arg("one"), py::arg("other"),
+        "Probability of two Counts at least as unlikely as these when both have the same rate: Fisher's exact test.");
+  m.def("sample_median", &sample_median, py::arg("values"),
+        "Median of values with its interval from order statistics (at least 95 %; None of fewer than six values), and\n"
+        "the 90 % quantile. Raises InvalidArgument without values, or for one that is not finite.");
+}
+
 void bind_uncertainty(py::module_& m) {
   m.doc() = "Confidence regions and intervals.";
   m.def("chi_square_quantile", &chi_square_quantile, py::arg("p"), py::arg("dof"),
@@ -56,5 +79,6 @@ void bind_uncertainty(py::module_& m) {
       },
       py::arg("covariance"), py::arg("confidence") = 0.95,
       "Semi-axes (longest first) and their directions (columns) of the confidence region of a normal vector.");
+  bind_trials(m);
   bind_sensitivity(m);
 }

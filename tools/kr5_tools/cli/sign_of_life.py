@@ -15,7 +15,7 @@ QUIET = 0.8  # [s] without a word, after which the sign appears
 TEXT = "Working …"
 PERIOD = 0.1  # [s]
 # Modules that take so long to load, and hold Python meanwhile, that the sign appears before they do.
-SLOW_MODULES = ("kr5._kr5_vision", "kr5._kr5_sim", "kr5._kr5_work", "matplotlib.pyplot", "scipy.stats", "distributed")
+SLOW_MODULES = ("kr5._kr5_vision", "kr5._kr5_sim", "kr5._kr5_work", "matplotlib.pyplot", "distributed")
 
 
 class SignOfLife:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import kr5
 import kr5.cell
-import numpy as np
+from kr5 import uncertainty
 
 from kr5_tools.sweep import rate_table
 
@@ -68,17 +68,16 @@ def _row(name: str, pegs: "list[kr5.sim.PegOutcome]") -> dict[str, Any]:
         "low": first["low"],
         "high": first["high"],
         "inserted": sum(p.inserted for p in pegs),
-        "time": float(np.median(times)) if times else None,
-        "force": float(np.median([p.max_force for p in pegs])),
+        "time": uncertainty.sample_median(times).median if times else None,
+        "force": uncertainty.sample_median([p.max_force for p in pegs]).median,
         "failed": ", ".join(failed),
     }
 
 
 def _differ_by_more_than_chance(one: int, other: int) -> bool:
     """Of two counts of `TRIALS`: Fisher's exact test at 5 %."""
-    from scipy.stats import fisher_exact  # takes a second to load
-
-    return bool(fisher_exact([[n, TRIALS - n] for n in (one, other)]).pvalue < 0.05)
+    counts = [uncertainty.Count(successes=n, trials=TRIALS) for n in (one, other)]
+    return uncertainty.same_rate_probability(*counts) < 0.05
 
 
 def _words(nominal: dict[str, Any], updated: dict[str, Any]) -> str:

@@ -2,8 +2,7 @@
 
 from typing import Any
 
-import kr5.uncertainty
-import numpy as np
+from kr5 import uncertainty
 
 from kr5_tools.sweep.trials import ATTEMPTS, Grid, Trial
 
@@ -15,14 +14,13 @@ def success_rate(successes: int, trials: int) -> dict[str, Any]:
     """A share with its exact (Clopper and Pearson) two-sided 95 % interval and one-sided lower bound."""
     if not trials:
         return {"count": 0, "rate": None, "low": None, "high": None, "least": None}
-    two = kr5.uncertainty.binomial_interval(successes, trials)
-    one = kr5.uncertainty.binomial_interval(successes, trials, 0.9)  # each of its ends is a one-sided 95 % bound
+    found = uncertainty.success_rate(uncertainty.Count(successes=successes, trials=trials))
     return {
         "count": successes,
-        "rate": successes / trials,
-        "low": two.low,
-        "high": two.high,
-        "least": one.low,
+        "rate": found.rate,
+        "low": found.interval.low,
+        "high": found.interval.high,
+        "least": found.min_rate,
     }
 
 
@@ -31,12 +29,9 @@ def median_time(times: list[float]) -> dict[str, Any]:
     [s]."""
     if not times:
         return {"median": None, "low": None, "high": None, "q90": None}
-    from scipy import stats  # takes a second to load
-
-    ordered, n = np.sort(times), len(times)
-    k = int(stats.binom.ppf(0.025, n, 0.5))  # the interval lies between the k-th from below and the k-th from above
-    low, high = (float(ordered[k - 1]), float(ordered[n - k])) if k else (None, None)
-    return {"median": float(np.median(ordered)), "low": low, "high": high, "q90": float(np.quantile(ordered, 0.9))}
+    found = uncertainty.sample_median(times)
+    low, high = (found.interval.low, found.interval.high) if found.interval else (None, None)
+    return {"median": found.median, "low": low, "high": high, "q90": found.quantile_90}
 
 
 def reason_text(reason: object) -> str:
@@ -85,15 +80,9 @@ def rate_tables(trials: list[Trial], grid: Grid) -> list[dict[str, Any]]:
 def mark_short(places: list[dict[str, Any]]) -> None:
     """Marks the places whose first attempt is below 95 %: exact one-sided binomial tests, corrected by Holm over the
     table."""
-    from scipy import stats
-
-    p = np.array(
-        [stats.binomtest(x["by_attempt"][0]["count"], x["trials"], WANTED, alternative="less").pvalue for x in places]
-    )
-    order, most = np.argsort(p), 0.0
-    for rank, k in enumerate(order):
-        most = max(most, min(1.0, (len(p) - rank) * float(p[k])))
-        places[k] |= {"p_below": most, "below": most < LEVEL}
+    counts = [uncertainty.Count(successes=p["by_attempt"][0]["count"], trials=p["trials"]) for p in places]
+    for place, test in zip(places, uncertainty.test_rates(counts, WANTED, LEVEL), strict=True):
+        place |= {"p_below": test.p, "below": test.below}
 
 
 COLUMNS = [
