@@ -290,6 +290,7 @@ JOBS = [
         ("log.csv", "out.json"),
         0.5,
     ),
+    Job("links", "rsi files link.xml -o new --json out.json", "cell", ("link.xml",), ("out.json",), 1),
     Job("cell files", "cell check cell.yaml --json out.json", "cell", ("cell.yaml",), (), 3),
     Job("cell files", "cell show cell.yaml --json out.json", "cell", ("cell.yaml",), ("out.json",)),
     Job("cell files", "gap effects --cell cell.yaml --json out.json", "cell", ("cell.yaml",), ("out.json",)),

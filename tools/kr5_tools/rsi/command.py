@@ -2,12 +2,13 @@
 
 import typer
 
-from kr5_tools.rsi import doctor, emulate, monitor
+from kr5_tools.rsi import doctor, emulate, files, monitor
 
 app = typer.Typer(no_args_is_help=True)
 emulate.add_to(app)
 monitor.add_to(app)
 doctor.add_to(app)
+files.add_to(app)
 
 
 @app.callback()

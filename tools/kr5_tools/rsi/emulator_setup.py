@@ -1,4 +1,4 @@
-"""What `kr5 rsi emulate` makes of its options: layout, rules, faults of the network, and what happens at which time."""
+"""What `kr5 rsi emulate` makes of its options, and `kr5 rsi files` of some: layout, rules, faults of the network, and what happens at which time."""
 
 import dataclasses
 import math
@@ -62,16 +62,22 @@ def parse_fault(text: str) -> rsi.TimedFault:
 
 
 def make_layout(
-    file: Path | None, controller: str | None, corrections: str, address: str, port: int | None, transport: str | None
+    file: Path | None,
+    controller: str | None,
+    corrections: str,
+    address: str | None,
+    port: int | None,
+    transport: str | None,
 ) -> rsi.TelegramLayout:
-    """Layout of a configuration, else the usual one of the controller, with the address of the client."""
+    """Layout of a configuration, else the usual one of the controller, with the address of the client where one is
+    given."""
     if file:
         layout = rsi.load_layout(str(file))
         if controller:
             layout.controller = rsi.Controller(controller)
     else:
         layout = rsi.usual_layout(rsi.Controller(controller or "krc4"), target=rsi.CorrectionTarget(corrections))
-    layout.address = address
+    layout.address = address or layout.address
     layout.port = layout.port if port is None else port
     if transport:
         layout.transport = rsi.Transport(transport)
