@@ -6,6 +6,7 @@ import math
 import os
 import re
 import signal
+import statistics
 import subprocess
 import sys
 import threading
@@ -16,6 +17,7 @@ import kr5.cell
 import pytest
 from kr5 import rsi
 
+from kr5_tools.rsi import emulator_setup
 from rsi_client import TcpClient, UdpClient, answer_to, ipoc_of, value
 
 sim = pytest.importorskip("kr5.sim", reason="this kr5 was built without DART")
@@ -196,6 +198,82 @@ def test_the_command_tells_what_there_was(client, share, run_kr5, tmp_path):
     assert out["statistics"]["controller"]["override_share"] == 0.5
 
 
+def path_of_axis(client, count=400):
+    """Programmed position of the first axis in each telegram [deg], of a client that answers nothing but zeros."""
+    out = []
+    try:
+        for _ in range(count):
+            telegram = client.receive()
+            out.append(value(telegram, "ASPos", "A1"))
+            client.send(answer_to(telegram))
+    except (ConnectionError, TimeoutError):
+        pass
+    return out
+
+
+def test_an_override_slows_the_path_that_the_command_is_given(udp, share, run_kr5):
+    told = []
+    listening = threading.Thread(target=lambda: told.extend(path_of_axis(udp)))
+    listening.start()
+    done = run_kr5(
+        "rsi", "emulate", share / "cells/kr5_arc.yaml", "--port", udp.port, "--for", 3, "--timeout", 1000,
+        "--rule", "cycle=0.012", "--rule", "answer_time=0.012", "--do", "override=50@1",
+        "--path", "30,0,-100,0,0,0", "--path-speed", 10,
+    )  # fmt: skip
+    udp.socket.settimeout(1)
+    listening.join()
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "add --path" not in done.stderr
+    steps = [later - earlier for earlier, later in zip(told, told[1:])]
+    full, slowed = statistics.median(steps[:20]), statistics.median(steps[-20:])
+    assert full == pytest.approx(10 * 0.012, rel=1e-2)  # degrees in a cycle
+    assert slowed == pytest.approx(0.5 * full, rel=1e-2)
+
+
+def test_an_override_without_anything_to_slow_is_told(udp, share, run_kr5):
+    answer_all(udp, 10_000)
+    words = ("rsi", "emulate", share / "cells/kr5_arc.yaml", "--port", udp.port, "--for", 0.5, "--timeout", 1000)
+    assert "add --path" in run_kr5(*words, "--do", "override=50@0.1").stderr
+    scaled = run_kr5(*words, "--do", "override=50@0.1", "--rule", "override_scales_corrections=true")
+    assert "add --path" not in scaled.stderr
+
+
+def test_rules_and_places_are_read_by_name_and_unit(share):
+    given = ("max_late_share=0.25", "at_limit=hold", "greets=true", "first_ipoc=7", "idle_limit=60")
+    rules = emulator_setup.make_rules(rsi.Controller.Krc4, 5, 1.0, None, given)
+    assert (rules.max_late, rules.max_late_share, str(rules.at_limit)) == (5, 0.25, "hold")
+    assert rules.greets is True and rules.first_ipoc == 7 and rules.idle_limit == 60
+    assert (
+        emulator_setup.make_rules(rsi.Controller.Krc2, None, None, None, ["max_late_share=none"]).max_late_share is None
+    )
+    robot = kr5.cell.load_cell(share / "cells/kr5_arc.yaml").robot
+    assert emulator_setup.parse_place("90,0,-180,0,0,-30", robot) == pytest.approx(
+        [math.pi / 2, 0, -math.pi, 0, 0, -math.pi / 6]
+    )
+    gantry = kr5.cell.load_cell(share / "cells/gantry_rrp.yaml").robot
+    slides = [str(row.type) == "prismatic" for row in gantry.dh]
+    place = emulator_setup.parse_place(",".join("50" if slide else "0" for slide in slides), gantry)
+    assert any(slides) and place == [0.05 if slide else 0 for slide in slides]
+
+
+@pytest.mark.parametrize(
+    "text, complaint",
+    [
+        ("speed=1", "expected NAME=VALUE with NAME cycle"),
+        ("max_late", "expected a number without fraction"),
+        ("max_late=1.5", "expected a number without fraction"),
+        ("greets=yes", "expected true or false"),
+        ("at_limit=1", "expected stop or hold"),
+        ("idle_limit=long", "expected a number, or none"),
+        ("cycle=none", "expected a number"),
+        ("cycle=nan", "expected a number"),
+    ],
+)
+def test_a_rule_that_is_none_is_told(text, complaint):
+    with pytest.raises(kr5.InvalidArgument, match=complaint):
+        emulator_setup.parse_rule(text)
+
+
 def test_the_command_loses_what_it_is_told_to(udp, share, run_kr5, tmp_path):
     answer_all(udp, 10_000)
     done = run_kr5(
@@ -261,6 +339,10 @@ def test_bad_input_is_told_with_its_remedy(share, run_kr5, tmp_path, udp):
     assert "as lose@1.5x10" in error("--fault", "burn@1")
     assert "as drives_off@2.5" in error("--do", "drives_off")
     assert "override=PERCENT" in error("--do", "override=200@1")
+    assert "expected 6 joint values" in error("--path", "1,2,3")
+    assert "joint 3: found 0, the cell allows -265 to -92" in error("--path", "0,0,0,0,0,0")
+    assert "path_speed" in error("--path", "0,0,-100,0,0,0", "--path-speed", 0)
+    assert "--rule" in error("--rule", "nothing=1")
     assert "TCP is that of a KR C2 alone" in error("--controller", "krc4", "--transport", "tcp")
     assert "more than 1 together" in error("--lose", 0.7, "--late", 0.7)
     assert "192.168.1.60" in error("--address", "robot")

@@ -1,6 +1,7 @@
 """`kr5 rsi emulate`: a KUKA controller without a robot, for anybody's RSI client."""
 
 import contextlib
+import math
 import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -69,6 +70,27 @@ Strict = Annotated[
     bool,
     typer.Option("--strict", help="Count missing answers from the first telegram on, not from the first answer on."),
 ]
+Places = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--path",
+        metavar="J1,J2,...",
+        help="Place that the program goes to, joint values of the cell \\[deg; mm of a slide]; repeatable, one after the"
+        " other; by default it stands.",
+    ),
+]
+PathSpeed = Annotated[
+    float, typer.Option("--path-speed", metavar="DEG/S", help="Speed on the path of the joint with the longest way.")
+]
+Rule = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--rule",
+        metavar="NAME=VALUE",
+        help="Rule of the controller other than usual, a field of rsi.ControllerRules in SI, as"
+        " override_scales_corrections=true or idle_limit=60; repeatable.",
+    ),
+]
 Restart = Annotated[
     float | None,
     typer.Option("--restart", metavar="SECONDS", help="Time after which an ended program is started again \\[s]."),
@@ -117,6 +139,9 @@ def emulate(
     axis_limit: AxisLimit = None,
     translation_limit: TranslationLimit = None,
     strict: Strict = False,
+    places: Places = None,
+    path_speed: PathSpeed = 10.0,
+    rule: Rule = None,
     restart: Restart = None,
     late: Annotated[float, share_option("--late", "come late by --delay")] = 0.0,
     lose: Annotated[float, share_option("--lose", "are lost")] = 0.0,
@@ -143,12 +168,16 @@ def emulate(
     """
     writing.check_writable(json_file, inputs=[cell_file, layout_file])
     layout = emulator_setup.make_layout(layout_file, controller, corrections, address, port, transport)
-    rules = emulator_setup.make_rules(layout.controller, timeout, axis_limit, translation_limit)
+    rules = emulator_setup.make_rules(layout.controller, timeout, axis_limit, translation_limit, rule or ())
     shares = {"late": late, "lose": lose, "doubled": double, "reorder": reorder, "truncate": truncate}
     telegram_faults, answer_faults = emulator_setup.make_faults(faults_of, shares, delay, jitter, fault or (), seed)
     actions = sorted((emulator_setup.parse_action(text) for text in do or ()), key=lambda action: action.time)
     cell = kr5.cell.load_cell(cell_file)
     program = rsi.EmulationOptions(rules=rules, mode=mode, frame=frame, count_from="telegram" if strict else "answer")
+    program.path = [emulator_setup.parse_place(text, cell.robot) for text in places or ()]
+    program.path_speed = math.radians(path_speed)
+    if any(action.overrides for action in actions) and not (places or rules.override_scales_corrections):
+        terminal.print_note("an override slows the path alone, and there is none: add --path.")
     if cell.robot.limits is not None:
         program.axis_speeds = cell.robot.limits.velocity
     options = rsi.EmulatorOptions(

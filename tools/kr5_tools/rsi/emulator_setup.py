@@ -5,8 +5,10 @@ import math
 import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 import kr5
+import kr5.cell
 from kr5 import rsi
 
 CONTROLLERS = ("krc2", "krc4_rsi3", "krc4", "krc5", "iiqka")
@@ -25,14 +27,20 @@ class Action:
 
     time: float
     do: Callable[[rsi.Emulator], None]
+    overrides: bool = False
 
 
-def _seconds(text: str) -> float | None:
+def _number(text: str) -> float | None:
     try:
         value = float(text)
     except ValueError:
         return None
-    return value if 0 <= value < math.inf else None
+    return value if math.isfinite(value) else None
+
+
+def _seconds(text: str) -> float | None:
+    value = _number(text)
+    return value if value is not None and value >= 0 else None
 
 
 def parse_action(text: str) -> Action:
@@ -44,7 +52,7 @@ def parse_action(text: str) -> Action:
     percent = _seconds(what.removeprefix(OVERRIDE)) if what.startswith(OVERRIDE) else None
     if seconds is not None and percent is not None and percent <= 100:
         share = percent / 100
-        return Action(seconds, lambda emulator: emulator.set_override(share))
+        return Action(seconds, lambda emulator: emulator.set_override(share), overrides=True)
     expected = f"WHAT@SECONDS with WHAT {', '.join(ACTIONS)} or {OVERRIDE}PERCENT, as drives_off@2.5"
     raise kr5.InvalidArgument(f"--do: found {text!r}, expected {expected}")
 
@@ -86,9 +94,14 @@ def make_layout(
 
 
 def make_rules(
-    controller: rsi.Controller, timeout: int | None, axis_limit: float | None, translation_limit: float | None
+    controller: rsi.Controller,
+    timeout: int | None,
+    axis_limit: float | None,
+    translation_limit: float | None,
+    others: Sequence[str] = (),
 ) -> rsi.ControllerRules:
-    """Rules of a controller, with the limits that are given in degrees and millimetres; rotations have that of axes."""
+    """Rules of a controller, with the limits that are given in degrees and millimetres, rotations have that of axes; and
+    `others` by their names."""
     rules = rsi.usual_rules(controller)
     if timeout is not None:
         rules.max_late = timeout
@@ -96,8 +109,47 @@ def make_rules(
         rules.axis_limit = rules.rotation_limit = math.radians(axis_limit)
     if translation_limit is not None:
         rules.translation_limit = 1e-3 * translation_limit
+    for text in others:
+        setattr(rules, *parse_rule(text))
     rules.validate()
     return rules
+
+
+def parse_rule(text: str) -> tuple[str, Any]:
+    """Name and value of `idle_limit=60`, `max_late_share=none` or `at_limit=hold`."""
+    fields = {field["name"]: field for field in rsi.ControllerRules.fields()}
+    name, _, given = text.partition("=")
+    if name not in fields:
+        raise kr5.InvalidArgument(f"--rule: found {text!r}, expected NAME=VALUE with NAME {', '.join(fields)}")
+    kind, _, optional = fields[name]["type"].partition(" | ")
+    if optional and given == "none":
+        return name, None
+    choices = fields[name]["choices"] or (["true", "false"] if kind == "bool" else [])
+    if given in choices:
+        return name, given == "true" if kind == "bool" else given
+    number = _number(given)
+    if number is not None and not choices and (kind == "float" or number.is_integer()):
+        return name, number if kind == "float" else int(number)
+    expected = " or ".join(choices) or f"a number{' without fraction' if kind == 'int' else ''}"
+    raise kr5.InvalidArgument(f"--rule: found {text!r}, expected {expected}{', or none' if optional else ''}")
+
+
+def parse_place(text: str, robot: kr5.cell.Robot) -> list[float]:
+    """Joint values [rad or m] of `0,-60,100,0,45,0` [deg or mm], which the arm can take."""
+    scales = [1e-3 if str(row.type) == "prismatic" else math.radians(1) for row in robot.dh]
+    values = [_number(word) for word in text.split(",")]
+    if len(values) != len(scales) or None in values:
+        example = ",".join("0" for _ in scales)
+        raise kr5.InvalidArgument(
+            f"--path: found {text!r}, expected {len(scales)} joint values [deg; mm of a slide], as {example}"
+        )
+    place = [scale * value for scale, value in zip(scales, values) if value is not None]
+    limits = robot.limits
+    for k, (value, scale) in enumerate(zip(place, scales)):
+        if limits and not limits.lower[k] <= value <= limits.upper[k]:
+            within = f"{limits.lower[k] / scale:.4g} to {limits.upper[k] / scale:.4g}"
+            raise kr5.InvalidArgument(f"--path: joint {k + 1}: found {value / scale:g}, the cell allows {within}")
+    return place
 
 
 def make_faults(
