@@ -218,7 +218,7 @@ def test_an_override_slows_the_path_that_the_command_is_given(udp, share, run_kr
     done = run_kr5(
         "rsi", "emulate", share / "cells/kr5_arc.yaml", "--port", udp.port, "--for", 3, "--timeout", 1000,
         "--rule", "cycle=0.012", "--rule", "answer_time=0.012", "--do", "override=50@1",
-        "--path", "30,0,-100,0,0,0", "--path-speed", 10,
+        "--path", "60,32.5,-178.5,0,-90,0", "--path-speed", 10,
     )  # fmt: skip
     udp.socket.settimeout(1)
     listening.join()
