@@ -83,7 +83,7 @@ double HeldPeg::longest_step() const {
 void HeldPeg::place(const Pose& T_peg) { place(T_peg, Vector6::Zero()); }
 
 void HeldPeg::place(const Pose& T_peg, const Vector6& velocity) {
-  state_ = {.T = T_peg, .greatest = state_.greatest};
+  state_ = {.T = T_peg, .max_force = state_.max_force};
   state_.v = velocity.head<3>() + velocity.tail<3>().cross(0.5 * body_.length * T_peg.linear().col(2));
   state_.w = T_peg.linear().transpose() * velocity.tail<3>();
   searched_ = 0;
@@ -240,7 +240,7 @@ void HeldPeg::advance(const Pose& held, const Vector6& velocity, double step) {
     on_grip_.head<3>() -= weight;
     on_grip_.tail<3>() -= middle.cross(weight);
   }
-  state_.greatest = std::max(state_.greatest, grip.head<3>().norm());
+  state_.max_force = std::max(state_.max_force, grip.head<3>().norm());
 }
 
 }  // namespace kr5::sim

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
 #include <limits>
 #include <memory>
+#include <string_view>
+#include <utility>
 
 #include <kr5/core/fields.hpp>
 #include <kr5/force/contact_wrench.hpp>
@@ -47,9 +50,11 @@ struct HeldPegState {
   Eigen::Vector3d v = Eigen::Vector3d::Zero(), w = Eigen::Vector3d::Zero();
   force::Stiction stiction;
   Pose slip = Pose::Identity();
-  double slid = 0.0, rest = 0.0, greatest = 0.0;
+  double slid = 0.0, rest = 0.0, max_force = 0.0;
   bool held = true, air = false, free = false, there = true;
 
+  static constexpr std::array<std::pair<std::string_view, std::string_view>, 1> file_keys = {
+      {{"max_force", "greatest"}}};
   static void each_field(auto& self, auto&& visit) {
     visit("T", self.T, "Bottom centre of the peg, Z along its axis [m].");
     visit("v", self.v, "Velocity of its centre of mass [m/s].");
@@ -58,7 +63,7 @@ struct HeldPegState {
     visit("slip", self.slip, "Where the grip holds it, from where it took it [m].");
     visit("slid", self.slid, "Way that it has slid out of the loosened grip [m].");
     visit("rest", self.rest, "Way at which it was taken again [m].");
-    visit("greatest", self.greatest, "Maximum force between grip and peg [N].");
+    visit("max_force", self.max_force, "Maximum force between grip and peg [N].");
     visit("held", self.held, "Whether the gripper holds it.");
     visit("air", self.air, "Whether air pushes it.");
     visit("free", self.free, "Whether it was let go altogether.");
@@ -95,8 +100,8 @@ class HeldPeg {
   double mass() const { return mass_; }
   /// What the peg does to the grip: force, and torque about the bottom of the held pose [N, N m].
   const Vector6& on_grip() const { return on_grip_; }
-  double max_force() const { return state_.greatest; }
-  void forget_greatest() { state_.greatest = 0.0; }
+  double max_force() const { return state_.max_force; }
+  void forget_max_force() { state_.max_force = 0.0; }
   /// The grip still has hold of it, or guides it.
   bool gripped() const { return state_.there && !state_.free && state_.slid < grip_.guide; }
   /// Where the grip holds it, from where it took it.

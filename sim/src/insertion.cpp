@@ -83,7 +83,7 @@ class Task {
   PegOutcome insert(int peg) {
     PegOutcome out;
     out.hole_error = std::numeric_limits<double>::quiet_NaN();
-    arm_.peg().forget_greatest();
+    arm_.peg().forget_max_force();
     while (!insertion_.finished()) {
       const force::Phase before = insertion_.state().phase;
       cycle(peg);

@@ -21,9 +21,9 @@ double compute_statistic(const Eigen::VectorXd& values, Statistic statistic) {
       return values[values.size() - 1];
     case Mean:
       return values.mean();
-    case Least:
+    case Min:
       return values.minCoeff();
-    case Greatest:
+    case Max:
       return values.maxCoeff();
     case Range:
       return values.maxCoeff() - values.minCoeff();

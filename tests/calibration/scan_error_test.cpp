@@ -45,7 +45,7 @@ TEST_CASE("a scanner without bias, lag and noise is exact at every stand-off and
   const cell::Cell cell = scanning_cell(0.0);
   for (const auto& [stand_off, speed] : {std::pair(0.15, 0.3), std::pair(best, 0.01), std::pair(0.23, 1.0)}) {
     const ScanErrorResult found =
-        simulate_scan_error(cell, fast, stand_off, speed, {.bias = 0.0, .lag = 0.0, .passes = 3});
+        simulate_scan_error(cell, fast, stand_off, speed, {.bias = 0.0, .delay = 0.0, .passes = 3});
     REQUIRE(found.fit.usable());
     for (const ScanError& error : {found.as_stamped, found.synchronised}) {
       CHECK(error.rms < 1e-9);
@@ -59,7 +59,7 @@ TEST_CASE("a late profile misplaces the sphere by speed times lag, and interpola
   for (const double lag : {0.006, -0.02})
     for (const double speed : {0.01, 0.3}) {
       const ScanErrorResult found =
-          simulate_scan_error(cell, fast, best, speed, {.bias = 0.0, .lag = lag, .passes = 4});
+          simulate_scan_error(cell, fast, best, speed, {.bias = 0.0, .delay = lag, .passes = 4});
       REQUIRE(found.fit.usable());
       CHECK(found.as_stamped.centre == Approx(speed * std::abs(lag)).epsilon(1e-3));
       CHECK(found.as_stamped.rms > 0.1 * speed * std::abs(lag));
@@ -70,7 +70,7 @@ TEST_CASE("a late profile misplaces the sphere by speed times lag, and interpola
 
 TEST_CASE("a range error grows away from the best stand-off, whatever the times", "[scan_error]") {
   const cell::Cell cell = scanning_cell(0.0);
-  const ScanErrorOptions options{.bias = 2e-3, .lag = 0.0, .passes = 2};
+  const ScanErrorOptions options{.bias = 2e-3, .delay = 0.0, .passes = 2};
   const auto at = [&](double stand_off) { return simulate_scan_error(cell, fast, stand_off, 0.1, options); };
   const ScanErrorResult near = at(0.15), middle = at(best), far = at(0.23);
   CHECK(middle.synchronised.centre < 0.2 * near.synchronised.centre);
@@ -82,7 +82,7 @@ TEST_CASE("a range error grows away from the best stand-off, whatever the times"
 TEST_CASE("any simulator is evaluated: ranges a millimetre too long lower the sphere by that", "[scan_error]") {
   const cell::Cell cell = scanning_cell(0.0);
   const Changed longer([](io::Table& shown) { shown.values.col(shown.find("z")).array() += 1e-3; });
-  const ScanErrorResult found = simulate_scan_error(cell, longer, best, 0.05, {.bias = 0.0, .lag = 0.0, .passes = 2});
+  const ScanErrorResult found = simulate_scan_error(cell, longer, best, 0.05, {.bias = 0.0, .delay = 0.0, .passes = 2});
   REQUIRE(found.fit.usable());
   CHECK(found.as_stamped.centre == Approx(1e-3).epsilon(1e-6));
   CHECK(found.as_stamped.rms > 3e-4);  // cosine of the slope
@@ -92,7 +92,8 @@ TEST_CASE("any simulator is evaluated: ranges a millimetre too long lower the sp
 TEST_CASE("noise comes from the seed, and is that of the cell", "[scan_error]") {
   const cell::Cell cell = scanning_cell(2e-5);
   const auto with = [&](std::uint64_t seed) {
-    return simulate_scan_error(cell, fast, best, 0.05, {.bias = 0.0, .lag = 0.0, .passes = 2, .seed = seed}).as_stamped;
+    return simulate_scan_error(cell, fast, best, 0.05, {.bias = 0.0, .delay = 0.0, .passes = 2, .seed = seed})
+        .as_stamped;
   };
   const ScanError one = with(1), again = with(1), other = with(2);
   CHECK(one.rms == again.rms);
@@ -137,7 +138,7 @@ TEST_CASE("a cell or an option that does not suffice is named", "[scan_error]") 
   CHECK_THAT(refusal(without, best, 0.1, {}), Contains("robot.limits"));
   CHECK_THAT(refusal(cell, 4.0, 0.1, {}), Contains("does not reach a pass at a stand-off of 4000 mm"));
   CHECK_THAT(refusal(cell, best, 0.1, {.bias = 0.5}), Contains("bias"));  // beyond the catalogue
-  CHECK_THAT(refusal(cell, best, 0.1, {.lag = std::numeric_limits<double>::infinity()}), Contains("lag"));
+  CHECK_THAT(refusal(cell, best, 0.1, {.delay = std::numeric_limits<double>::infinity()}), Contains("delay"));
   CHECK_THAT(refusal(cell, best, 0.1, {.passes = 0}), Contains("passes"));
   CHECK_THAT(refusal(cell, best, 0.1, {.lines = 1}), Contains("lines"));
   CHECK_THAT(refusal(cell, best, 0.1, {.points = 1}), Contains("points"));

@@ -183,7 +183,7 @@ TEST_CASE("a sensor that repeats itself is dead after its time, one that lives n
 TEST_CASE("current limits leave a tenth above what pose and friction need") {
   const Eigen::VectorXd limits = current_limits(Eigen::Vector3d(-2, 0, 1), Eigen::Vector3d(0.5, 0.2, 0.25));
   CHECK(limits.isApprox(Eigen::Vector3d(2.75, 0.22, 1.375)));
-  CHECK(current_limits(Eigen::Vector2d(0, 1), Eigen::Vector2d(0, 0), {.margin = 0.1, .least = 0.5})[0] == 0.5);
+  CHECK(current_limits(Eigen::Vector2d(0, 1), Eigen::Vector2d(0, 0), {.margin = 0.1, .min_limit = 0.5})[0] == 0.5);
   CHECK_THROWS_WITH(current_limits(Eigen::Vector2d(0, 1), Eigen::Vector3d(0, 0, 0)), Catch::Contains("friction"));
   CHECK_THROWS_WITH(current_limits(Eigen::Vector2d(0, no_number), Eigen::Vector2d(0, 0)), Catch::Contains("gravity"));
   CHECK_THROWS_WITH(current_limits(Eigen::Vector2d(0, 1), Eigen::Vector2d(0, -1)), Catch::Contains("friction"));

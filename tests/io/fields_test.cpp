@@ -19,6 +19,7 @@ namespace {
 
 enum class Colour { Red, DarkBlue };
 constexpr auto enum_names(Colour) { return names<Colour>({{Colour::Red, "red"}, {Colour::DarkBlue, "dark_blue"}}); }
+constexpr auto old_names(Colour) { return names<Colour>({{Colour::DarkBlue, "navy"}}); }
 
 struct Part {
   double mass = 0.0;
@@ -110,6 +111,15 @@ TEST_CASE("absent keys keep their defaults and a null empties an optional") {
   CHECK_FALSE(value.maybe);
   CHECK(value.number == 4.0);
   CHECK(value.whole == 2);
+}
+
+TEST_CASE("a name of an earlier version is read, and neither written nor offered") {
+  Everything value;
+  Reader reader("x.yaml");
+  CHECK(reader.read(parse_yaml("colour: navy", "x.yaml"), "", value));
+  CHECK(value.colour == Colour::DarkBlue);
+  CHECK(to_node(value.colour).scalar == "dark_blue");
+  CHECK(complaint("colour: green") == "x.yaml:1: colour: found 'green', expected one of red | dark_blue\n");
 }
 
 TEST_CASE("an unknown key is named with the one it was probably meant to be") {

@@ -350,7 +350,7 @@ def test_profile_points_lie_on_the_laser_line_of_the_image(folder, run_kr5):
 def test_the_error_grows_with_speed_and_interpolation_removes_it(tmp_path, run_kr5):
     done = run_kr5(
         *("calibrate", "laser-study", "--stand-offs", "0.16:0.22:0.015", "--speeds", "0.01,0.1,0.3"),
-        *("--lag", 0.006, "--bias", 0.002, "--passes", 6, "-o", "study.json"),
+        *("--delay", 0.006, "--bias", 0.002, "--passes", 6, "-o", "study.json"),
     )
     assert done.returncode == 0, done.stderr
     data = json.loads((tmp_path / "study.json").read_text())

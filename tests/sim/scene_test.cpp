@@ -5,6 +5,7 @@
 
 #include <kr5/core/error.hpp>
 #include <kr5/io/node.hpp>
+#include <kr5/io/reader.hpp>
 #include <kr5/sim/scene.hpp>
 
 namespace scene_test {
@@ -53,6 +54,19 @@ TEST_CASE("an expectation that does not come true fails its scene") {
   CHECK(result.checks[1].passed);
 }
 
+TEST_CASE("scenes of earlier versions have other words for minimum and maximum") {
+  for (const auto& [word, meant] : {std::pair("least", sim::Statistic::Min),
+                                    {"greatest", sim::Statistic::Max},
+                                    {"min", sim::Statistic::Min},
+                                    {"max", sim::Statistic::Max}}) {
+    sim::Expectation found;
+    io::Reader reader("x.yaml");
+    const std::string text = "{column: z, statistic: " + std::string(word) + ", most: 1}";
+    CHECK(reader.read(io::parse_yaml(text, "x.yaml"), "", found));
+    CHECK(found.statistic == meant);
+  }
+}
+
 TEST_CASE("statistics are those of their names, over the rows between from and to") {
   sim::Scene scene = shipped("motion_tracking");
   const io::Table rows = sim::run_scene(scene).rows;
@@ -61,8 +75,7 @@ TEST_CASE("statistics are those of their names, over the rows between from and t
   int count = 0;
   for (Eigen::Index k = 0; k < t.size(); ++k)
     if (t[k] >= 1.0 - 1e-9 && t[k] <= 2.0 + 1e-9) most = std::max(most, q[k]), sum += q[k], ++count;
-  scene.expect = {{"q1", sim::Statistic::Greatest, 1.0, 2.0, 0.0, {}},
-                  {"q1", sim::Statistic::Mean, 1.0, 2.0, -9.0, {}}};
+  scene.expect = {{"q1", sim::Statistic::Max, 1.0, 2.0, 0.0, {}}, {"q1", sim::Statistic::Mean, 1.0, 2.0, -9.0, {}}};
   const sim::SceneResult result = sim::run_scene(scene);
   CHECK(result.checks[0].value == most);
   CHECK(result.checks[1].value == Approx(sum / count));

@@ -129,7 +129,7 @@ def compare_tip(arms: int) -> list[comparison.Row]:
 
 def compare_stand_off() -> comparison.Row:
     scanned = cell.load_cell(CELL)
-    options = calibration.ScanErrorOptions(bias=2e-4, lag=6e-3, passes=12, seed=1)
+    options = calibration.ScanErrorOptions(bias=2e-4, delay=6e-3, passes=12, seed=1)
     found = [calibration.simulate_scan_error(scanned, at, SCAN_SPEED, options) for at in STAND_OFFS]
     error = max(one.as_stamped.centre for one in found)
     return comparison.Row(

@@ -160,7 +160,7 @@ WorkspaceMap workspace_map(const DhChain& chain, const Eigen::VectorXd& lower, c
   out.radius = Eigen::VectorXd::LinSpaced(n, wide / 2, (n - 0.5) * wide);
   out.height = Eigen::VectorXd::LinSpaced(n, out.lowest + high / 2, out.lowest + (n - 0.5) * high);
   out.counts = Eigen::MatrixXd::Zero(n, n);
-  for (Eigen::MatrixXd* map : {&out.dexterity, &out.volume, &out.least, &out.condition})
+  for (Eigen::MatrixXd* map : {&out.dexterity, &out.volume, &out.min_singular_value, &out.condition})
     map->setConstant(n, n, no_value);
   Pose T_flange_point = Pose::Identity();
   T_flange_point.translation() = options.point;
@@ -174,7 +174,7 @@ WorkspaceMap workspace_map(const DhChain& chain, const Eigen::VectorXd& lower, c
     ++out.counts(row, column);
     keep_greatest(out.dexterity(row, column), singular_values(Eigen::MatrixXd(J.topRows<3>())).prod());
     keep_greatest(out.volume(row, column), all.volume);
-    keep_greatest(out.least(row, column), all.singular_values.tail<1>()[0]);
+    keep_greatest(out.min_singular_value(row, column), all.singular_values.tail<1>()[0]);
     keep_least(out.condition(row, column), all.condition);
   }
   return out;

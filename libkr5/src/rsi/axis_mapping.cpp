@@ -262,7 +262,7 @@ void AxisMappingOptions::validate() const {
   require(position_tolerance > 0 && std::isfinite(position_tolerance), "position_tolerance: must be positive [m]");
   require(rotation_tolerance > 0 && rotation_tolerance < 0.5,
           "rotation_tolerance: must lie between 0 and 0.5 rad [rad]");
-  require(least_motion > 0 && std::isfinite(least_motion), "least_motion: must be positive [rad]");
+  require(min_motion > 0 && std::isfinite(min_motion), "min_motion: must be positive [rad]");
   require(min_rows >= 3 && min_rows <= static_cast<int>(most_postures), "min_rows: must lie between 3 and 12");
 }
 
@@ -292,7 +292,7 @@ AxisMappingResult find_axis_mapping(const std::vector<AxisPoseRow>& rows, const 
   AxisMappingResult out;
   const std::vector<AxisPoseRow> postures = postures_of(rows);
   out.postures = static_cast<int>(postures.size());
-  if (!postures.empty()) out.unmoved = unmoved_axes(postures, options.least_motion);
+  if (!postures.empty()) out.unmoved = unmoved_axes(postures, options.min_motion);
   if (out.postures < options.min_rows) return out;
   const MappingSearch search(postures, model, options);
   std::vector<std::pair<Choice, AxisMapping>> found;

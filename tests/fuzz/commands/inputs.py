@@ -684,7 +684,7 @@ def _prepare_cells(folder: Path, run: Callable[..., None]) -> None:
         scene.update(cell="cell.yaml", duration=0.1)
         (folder / f"{name}.yaml").write_text(yaml.safe_dump(scene, sort_keys=False))
     easy = yaml.safe_load((folder / "scene.yaml").read_text(encoding="utf-8"))
-    easy["expect"] = [{"column": "q6", "statistic": "greatest", "least": -10.0}]
+    easy["expect"] = [{"column": "q6", "statistic": "max", "least": -10.0}]
     (folder / "easy.yaml").write_text(yaml.safe_dump(easy, sort_keys=False))
     t = np.arange(100) * 0.012
     q = np.array([0.0, 0.02, -2.75, 0.0, -0.3, 1.571]) + 0.2 * (1 - np.cos(t))[:, None]

@@ -38,14 +38,14 @@ def laser_study(
     bias: Annotated[
         float, typer.Option(help="Range error at the cell's bias_distance from the best stand-off \\[m].")
     ] = USUAL.bias,
-    lag: Annotated[float, typer.Option(help="Time by which profiles are late \\[s].")] = USUAL.lag,
+    delay: Annotated[float, typer.Option(help="Time by which the stamps of profiles are late \\[s].")] = USUAL.delay,
     passes: Annotated[int, typer.Option(min=2, help="Passes over the sphere, each.")] = USUAL.passes,
     seed: Annotated[int, typer.Option(min=0, help="Random seed of the noise.")] = USUAL.seed,
     output: ResultOption = None,
     json_file: JsonOption = None,
 ) -> None:
     """Error of points in the base against stand-off and scanning speed, on simulated scans of a sphere on a plane, with
-    profiles as stamped and with their lag taken out by interpolation of the poses.
+    profiles as stamped and with their delay taken out by interpolation of the poses.
     """
     check_writable(output, json_file, inputs=[cell_file])
     file = cell_file or find_shipped_cell()
@@ -54,7 +54,7 @@ def laser_study(
     scanned = cell.load_cell(file)
     if scanned.laser is None:
         fail("the cell has no laser with a mount and a target")
-    options = calibration.ScanErrorOptions(bias=bias, lag=lag, passes=passes, seed=seed)
+    options = calibration.ScanErrorOptions(bias=bias, delay=delay, passes=passes, seed=seed)
     at = parse_values("--stand-offs", stand_offs)
     if found := next((v for v in at if not STAND_OFFS[0] <= v <= STAND_OFFS[1]), None):
         fail(f"--stand-offs: found {found:g}, expected {STAND_OFFS[0]:g} to {STAND_OFFS[1]:g}; they are in metres")
@@ -64,7 +64,7 @@ def laser_study(
     best = scanned.laser.stand_off
     by_stand_off = [_measure(scanned, d, SLOW, options) for d in track(at, "Simulating scans by stand-off")]
     by_speed = [_measure(scanned, best, v, options) for v in track(rates, "Simulating scans by speed")]
-    given = {"cell": str(file), "bias": bias, "lag": lag, "passes": passes, "seed": seed}
+    given = {"cell": str(file), "bias": bias, "delay": delay, "passes": passes, "seed": seed}
     study = {"stand_off": by_stand_off, "speed": by_speed, "best_stand_off": best}
     data = write_result(None, "kr5-laser-study/1", input=given, verdict=_verdict(by_stand_off, by_speed), study=study)
     _show(data, console(json_file))

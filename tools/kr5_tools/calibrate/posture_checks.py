@@ -65,7 +65,7 @@ def _pairing_texts(found: kr5.calibration.PostureFindings, names: list[str]) -> 
         return [
             "the measurements do not belong to these joint values, in any order: from"
             f" {names[unrelated.first]} to {names[unrelated.last]} the places scatter by"
-            f" {1e3 * unrelated.scatter:.0f} mm{lost});"
+            f" {1e3 * unrelated.spread:.0f} mm{lost});"
             " is it another arm, another recording, or are the joint values in another unit or order?"
         ]
     texts = []

@@ -41,7 +41,8 @@ def dexterity_map(data: ResultData) -> Figure | None:
 
 
 def singular_value_map(data: ResultData) -> Figure | None:
-    return _map(data, "least", "smallest singular value [-]", "viridis")
+    name = "min_singular_value" if "min_singular_value" in data.get("result", {}) else "least"  # of versions before 0.3
+    return _map(data, name, "smallest singular value [-]", "viridis")
 
 
 def condition_map(data: ResultData) -> Figure | None:

@@ -91,7 +91,7 @@ def _keys(
     found: kinematics.WorkspaceMap, shown: str, lower: np.ndarray, upper: np.ndarray, stretched: float
 ) -> dict[str, Any]:
     seen = np.asarray(found.counts) > 0
-    best = np.where(seen, np.asarray(found.least), -np.inf)
+    best = np.where(seen, np.asarray(found.min_singular_value), -np.inf)
     row, column = np.unravel_index(int(np.argmax(best)), best.shape)
     figures = [
         figure_row(f"reach of the {shown} from axis 1", 1e3 * found.reach, None, "mm"),

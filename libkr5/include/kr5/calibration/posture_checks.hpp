@@ -35,7 +35,7 @@ struct PostureCheckOptions {
           "Median distance of the measured places from the nominal arm below which nothing needs an explanation [m].");
     visit("max_left", self.max_left, "Part of the misfit that an explanation may leave at most [-].");
     visit("min_unrelated", self.min_unrelated,
-          "Misfit over the scatter of the places from which on these have nothing to do with the joint values [-].");
+          "Misfit over the spread of the places from which on these have nothing to do with the joint values [-].");
     visit("max_left_reordered", self.max_left_reordered,
           "Part of the misfit that another order may leave; an order that is searched for explains something by chance "
           "[-].");
@@ -123,12 +123,12 @@ struct ReorderedRows {
 struct UnrelatedPlaces {
   int first = 0;
   int last = 0;
-  double scatter = 0.0;  ///< [m]
+  double spread = 0.0;  ///< [m]
 
   static void each_field(auto& self, auto&& visit) {
     visit("first", self.first, "First posture that was compared, from 0.");
     visit("last", self.last, "Last posture that was compared, from 0.");
-    visit("scatter", self.scatter, "RMS distance of the measured places from their median [m].");
+    visit("spread", self.spread, "RMS distance of the measured places from their median [m].");
   }
 };
 

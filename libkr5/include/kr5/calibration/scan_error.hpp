@@ -14,7 +14,7 @@ namespace kr5::calibration {
 
 struct ScanErrorOptions {
   double bias = 2e-4;   ///< [m]
-  double lag = 6e-3;    ///< [s]
+  double delay = 6e-3;  ///< [s]
   int passes = 12;      ///< [-]
   int lines = 41;       ///< [-]
   int points = 181;     ///< [-]
@@ -26,7 +26,7 @@ struct ScanErrorOptions {
 
   static void each_field(auto& self, auto&& visit) {
     visit("bias", self.bias, "Range error at the cell's bias_distance from the best stand-off [m].");
-    visit("lag", self.lag, "Time by which profiles are late [s].");
+    visit("delay", self.delay, "Time by which the stamps of profiles are late [s].");
     visit("passes", self.passes, "Number of passes over the sphere, in directions evenly about the vertical.");
     visit("lines", self.lines, "Number of profiles of a pass.");
     visit("points", self.points, "Number of points of a profile.");
@@ -61,7 +61,7 @@ struct ScanErrorResult {
 };
 
 /// Simulates passes over the sphere of the cell's scanner, which looks straight down and moves along its own Y. The
-/// ranges have the effects of the cell with the bias and the lag of the options, and the noise of the cell; the cloud
+/// ranges have the effects of the cell with the bias and the delay of the options, and the noise of the cell; the cloud
 /// is made with the nominal arm and scanner. The noise is drawn alike for every stand-off and speed, so that two
 /// answers differ by these alone.
 /// @param stand_off Range of the top of the sphere [m]. @param speed Of the scanner [m/s].

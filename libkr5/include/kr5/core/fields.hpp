@@ -26,6 +26,7 @@
 /// @code
 /// constexpr auto enum_names(Mount) { return names<Mount>({{Mount::EyeInHand, "eye_in_hand"}, ...}); }
 /// @endcode
+/// Names that stand in files of earlier versions are in `old_names`, a function of the same form, and are read, too.
 
 namespace kr5 {
 
@@ -78,6 +79,12 @@ concept HasFields = requires(T& value) {
 template <class T>
 concept HasNames = std::is_enum_v<T> && requires(T value) {
   enum_names(value);
+};
+
+/// One with names of earlier versions.
+template <class T>
+concept HasOldNames = HasNames<T> && requires(T value) {
+  old_names(value);
 };
 
 /// Options that can validate themselves.

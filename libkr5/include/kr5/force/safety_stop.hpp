@@ -68,15 +68,15 @@ class SafetyStop {
 
 /// Currents that a slow arm needs, and how much more it may take: an obstructed joint then yields.
 struct CurrentLimitOptions {
-  double margin = 0.1;  ///< [-]
-  double least = 0.0;   ///< [A]
+  double margin = 0.1;     ///< [-]
+  double min_limit = 0.0;  ///< [A]
 
   /// @throws InvalidArgument naming the field.
   void validate() const;
 
   static void each_field(auto& self, auto&& visit) {
     visit("margin", self.margin, "Margin above what the posture and its friction need [-].");
-    visit("least", self.least, "Lower bound of every limit, so that a joint without load can move [A].");
+    visit("min_limit", self.min_limit, "Lower bound of every limit, so that a joint without load can move [A].");
   }
 };
 

@@ -13,7 +13,7 @@ namespace kr5::identification {
 
 struct PassiveLimitOptions {
   double margin = 0.1;                                 ///< [-]
-  double least = 0.0;                                  ///< [A]
+  double min_limit = 0.0;                              ///< [A]
   double confidence = 0.95;                            ///< [-]
   Pose T_flange_tool = Pose::Identity();               ///< Where contact is made.
   Eigen::Matrix3Xd directions = default_directions();  ///< Unit vectors in axes of B.
@@ -26,7 +26,7 @@ struct PassiveLimitOptions {
 
   static void each_field(auto& self, auto&& visit) {
     visit("margin", self.margin, "Margin above what a posture and its friction need [-].");
-    visit("least", self.least, "Lower bound of every limit, so that a joint without load can move [A].");
+    visit("min_limit", self.min_limit, "Lower bound of every limit, so that a joint without load can move [A].");
     visit("confidence", self.confidence,
           "Confidence with which gravity stays within what is added for its uncertainty, per motor [-].");
     visit("T_flange_tool", self.T_flange_tool, "Point of contact: tool tip in the flange frame [m, rad].");

@@ -72,6 +72,9 @@ class Reader {
       if (node.kind == Node::Kind::Scalar && node.scalar == name) return value = candidate, true;
       choices += (choices.empty() ? "" : " | ") + std::string(name);
     }
+    if constexpr (HasOldNames<E>)
+      for (const auto& [candidate, name] : old_names(value))
+        if (node.kind == Node::Kind::Scalar && node.scalar == name) return value = candidate, true;
     return report(node, field, "one of " + choices), false;
   }
 

@@ -32,19 +32,19 @@ struct WorkspaceOptions {
 /// Maps over radius and height about the axis of the first joint. Rows go with the height, columns with the radius;
 /// cells without a posture hold NaN. Values are the best of all postures whose point lies in the cell.
 struct WorkspaceMap {
-  double reach = 0.0;         ///< [m]
-  Eigen::VectorXd q_reach;    ///< [rad or m]
-  double inner = 0.0;         ///< [m]
-  double lowest = 0.0;        ///< [m]
-  double highest = 0.0;       ///< [m]
-  double length = 0.0;        ///< [m]
-  Eigen::VectorXd radius;     ///< [m]
-  Eigen::VectorXd height;     ///< [m]
-  Eigen::MatrixXd counts;     ///< [-]
-  Eigen::MatrixXd dexterity;  ///< [m^k/rad^k]
-  Eigen::MatrixXd volume;     ///< [-]
-  Eigen::MatrixXd least;      ///< [-]
-  Eigen::MatrixXd condition;  ///< [-]
+  double reach = 0.0;                  ///< [m]
+  Eigen::VectorXd q_reach;             ///< [rad or m]
+  double inner = 0.0;                  ///< [m]
+  double lowest = 0.0;                 ///< [m]
+  double highest = 0.0;                ///< [m]
+  double length = 0.0;                 ///< [m]
+  Eigen::VectorXd radius;              ///< [m]
+  Eigen::VectorXd height;              ///< [m]
+  Eigen::MatrixXd counts;              ///< [-]
+  Eigen::MatrixXd dexterity;           ///< [m^k/rad^k]
+  Eigen::MatrixXd volume;              ///< [-]
+  Eigen::MatrixXd min_singular_value;  ///< [-]
+  Eigen::MatrixXd condition;           ///< [-]
 
   static void each_field(auto& self, auto&& visit) {
     visit("reach", self.reach,
@@ -60,7 +60,8 @@ struct WorkspaceMap {
     visit("dexterity", self.dexterity,
           "Manipulability of the point, sqrt(det(J J^T)) of the linear rows (Yoshikawa), greatest in the cell.");
     visit("volume", self.volume, "Manipulability of all rows, linear ones over `length`, greatest in the cell [-].");
-    visit("least", self.least, "Minimum singular value of the same Jacobian, greatest in the cell [-].");
+    visit("min_singular_value", self.min_singular_value,
+          "Minimum singular value of the same Jacobian, greatest in the cell [-].");
     visit("condition", self.condition, "Condition number of the same Jacobian, least in the cell [-].");
   }
 };

@@ -45,7 +45,7 @@ struct AxisMappingOptions {
   MappingFrames frames = MappingFrames::Either;
   double position_tolerance = 0.02;  ///< [m]
   double rotation_tolerance = 0.05;  ///< [rad]
-  double least_motion = 0.1;         ///< [rad]
+  double min_motion = 0.1;           ///< [rad]
   int min_rows = 4;
 
   /// @throws InvalidArgument naming the field.
@@ -56,7 +56,7 @@ struct AxisMappingOptions {
           "Active base and tool of the controller: known (those of the cell) | unknown | either.");
     visit("position_tolerance", self.position_tolerance, "Misfit of a position up to which a mapping fits [m].");
     visit("rotation_tolerance", self.rotation_tolerance, "Misfit of an orientation up to which it fits [rad].");
-    visit("least_motion", self.least_motion, "Range below which an axis counts as one that did not move [rad].");
+    visit("min_motion", self.min_motion, "Range below which an axis counts as one that did not move [rad].");
     visit("min_rows", self.min_rows, "Least number of different postures.");
   }
 };

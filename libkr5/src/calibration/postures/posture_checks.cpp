@@ -39,7 +39,7 @@ struct MeasuredRows {
 
   double misfit() const { return fit_device(flanges, places).misfit; }
   /// RMS distance of the places from their median.
-  double scatter() const {
+  double spread() const {
     Eigen::Vector3d middle;
     for (int k = 0; k < 3; ++k) middle[k] = midpoint_median({places.row(k).begin(), places.row(k).end()});
     return std::sqrt((places.colwise() - middle).colwise().squaredNorm().mean());
@@ -114,8 +114,8 @@ void explain_misfit(const MeasuredRows& rows, const PostureCheckOptions& options
   if (std::abs(scaled.scale - 1) > options.scale_difference) best.consider(&PostureFindings::scaled, scaled);
   best.consider(&PostureFindings::mirrored, mirrored_places(rows));
   for (const int shift : {1, -1}) best.consider(&PostureFindings::shifted, shifted_rows(rows, shift));
-  const double scatter = rows.scatter();
-  const bool unrelated = findings.misfit > options.min_unrelated * scatter;
+  const double spread = rows.spread();
+  const bool unrelated = findings.misfit > options.min_unrelated * spread;
   if (best.misfit() <= options.max_left * findings.misfit) return;
   best.clear();
   if (!unrelated) return;
@@ -126,7 +126,7 @@ void explain_misfit(const MeasuredRows& rows, const PostureCheckOptions& options
       return;
     }
   }
-  findings.unrelated = UnrelatedPlaces{rows.row.front(), rows.row.back(), scatter};
+  findings.unrelated = UnrelatedPlaces{rows.row.front(), rows.row.back(), spread};
 }
 
 }  // namespace

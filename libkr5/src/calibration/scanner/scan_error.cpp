@@ -22,7 +22,7 @@ namespace {
 constexpr double beyond_sphere = 1.1;  // half length of a pass, over the radius
 constexpr double not_seen = std::numeric_limits<double>::quiet_NaN();
 
-/// The arm along a straight pass; the first and the last pose lie outside the profiles, for the lag.
+/// The arm along a straight pass; the first and the last pose lie outside the profiles, for the delay.
 struct ScanPass {
   std::vector<double> t;  // [s]
   std::vector<Eigen::VectorXd> q;
@@ -55,7 +55,7 @@ class ScanStudy {
             "the cell has no laser with a mount and a target");
     require(cell.robot.limits.has_value(), "the cell states no robot.limits, within which postures are chosen");
     set_scanner_effect(real_, "bias", options.bias);
-    set_scanner_effect(real_, "lag", options.lag);
+    set_scanner_effect(real_, "lag", options.delay);
     real_.validate();
     T_flange_scanner_ = *cell::T_flange_scanner(cell);
   }
@@ -66,7 +66,7 @@ class ScanStudy {
     for (int k = 0; k < options_.passes; ++k) {
       const ScanPass pass = make_pass(stand_off, speed, 2 * std::numbers::pi * k / options_.passes);
       const std::vector<TimedProfile> profiles = scan(pass, speed);
-      for (const auto& [delay, sum] : {std::pair(0.0, &stamped), std::pair(options_.lag, &synchronised)}) {
+      for (const auto& [delay, sum] : {std::pair(0.0, &stamped), std::pair(options_.delay, &synchronised)}) {
         const FitReport fit = add_error(pass, profiles, delay, *sum);
         if (!fit.usable()) {
           out.fit.message = "pass " + std::to_string(k + 1) + ": " + fit.message;
@@ -92,7 +92,7 @@ class ScanStudy {
         exp_rotation(azimuth * Eigen::Vector3d::UnitZ()) * Eigen::Vector3d(1, -1, -1).asDiagonal();
     const Eigen::Vector3d middle = target.sphere + (stand_off + target.radius) * Eigen::Vector3d::UnitZ();
     const double half = beyond_sphere * target.radius, step = 2 * half / (options_.lines - 1);
-    const double ahead = step * std::max(1.0, std::ceil(speed * std::abs(options_.lag) / step));
+    const double ahead = step * std::max(1.0, std::ceil(speed * std::abs(options_.delay) / step));
     const kinematics::DhChain chain = cell::nominal_chain(cell_);
     kinematics::InverseOptions inverse{.lower = cell_.robot.limits->lower, .upper = cell_.robot.limits->upper};
     ScanPass out;
@@ -168,7 +168,7 @@ class ScanStudy {
   const cell::Simulator& simulator_;
   const ScanErrorOptions& options_;
   Random random_;
-  cell::Cell real_;  // with the bias and the lag
+  cell::Cell real_;  // with the bias and the delay
   Pose T_flange_scanner_ = Pose::Identity();
 };
 
@@ -176,7 +176,7 @@ class ScanStudy {
 
 void ScanErrorOptions::validate() const {
   require(std::isfinite(bias), "bias must be finite [m]");
-  require(std::isfinite(lag), "lag must be finite [s]");
+  require(std::isfinite(delay), "delay must be finite [s]");
   require(passes >= 1, "passes must be at least 1");
   require(lines >= 2, "lines must be at least 2");
   require(points >= 2, "points must be at least 2");

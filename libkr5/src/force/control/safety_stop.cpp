@@ -50,7 +50,7 @@ Violation SafetyStop::step(const Vector6& raw, const Vector6& wrench, std::span<
 
 void CurrentLimitOptions::validate() const {
   require(margin >= 0 && std::isfinite(margin), "margin must not be negative");
-  require(least >= 0 && std::isfinite(least), "least must not be negative [A]");
+  require(min_limit >= 0 && std::isfinite(min_limit), "min_limit must not be negative [A]");
 }
 
 Eigen::VectorXd current_limits(const Eigen::VectorXd& gravity, const Eigen::VectorXd& friction,
@@ -60,7 +60,7 @@ Eigen::VectorXd current_limits(const Eigen::VectorXd& gravity, const Eigen::Vect
                                                  " values, expected one a motor: " + std::to_string(gravity.size()));
   require(gravity.allFinite(), "gravity holds a number that is not finite [A]");
   require(friction.allFinite() && (friction.array() >= 0).all(), "friction must not be negative [A]");
-  return ((1 + options.margin) * (gravity.cwiseAbs() + friction)).cwiseMax(options.least);
+  return ((1 + options.margin) * (gravity.cwiseAbs() + friction)).cwiseMax(options.min_limit);
 }
 
 }  // namespace kr5::force

@@ -70,8 +70,8 @@ void find_forces(PassiveLimits& out, Index k, const PostureNeed& need) {
 
 /// Greatest margin with which motor m has a limit of at most `current` in all postures.
 double margin_for(const std::vector<PostureNeed>& needs, const VectorXd& friction, Index m, double current,
-                  double least) {
-  if (current < least) return -unlimited;
+                  double min_limit) {
+  if (current < min_limit) return -unlimited;
   double out = unlimited;
   for (const PostureNeed& need : needs)
     out = std::min(out, (current - need.uncertainty[m]) / (std::abs(need.holding[m]) + friction[m]) - 1.0);
@@ -86,7 +86,7 @@ double max_margin(const std::vector<PostureNeed>& needs, const VectorXd& frictio
       for (Index m = 0; m < need.per_force.rows(); ++m) {
         const double d = need.per_force(m, c), helped = d > 0 ? need.holding[m] : -need.holding[m];
         const double current = options.contact_force * std::abs(d) - friction[m] - helped;
-        best = std::max(best, margin_for(needs, friction, m, current, options.least));
+        best = std::max(best, margin_for(needs, friction, m, current, options.min_limit));
       }
       out = std::min(out, best);
     }
@@ -115,7 +115,7 @@ Eigen::Matrix3Xd PassiveLimitOptions::default_directions() {
 }
 
 void PassiveLimitOptions::validate() const {
-  force::CurrentLimitOptions{margin, least}.validate();
+  force::CurrentLimitOptions{margin, min_limit}.validate();
   require(confidence > 0 && confidence < 1, "confidence must be between 0 and 1 [-]");
   require(directions.cols() > 0, "directions: none is given");
   require(((directions.colwise().norm().array() - 1).abs() < 1e-6).all(), "directions must be unit vectors");
@@ -136,8 +136,8 @@ PassiveLimits passive_limits(const GravityModel& model, const VectorXd& coulomb,
   out.holding = out.uncertainty = VectorXd::Zero(n);
   out.posture.assign(static_cast<std::size_t>(n), 0);
   for (std::size_t k = 0; k < needs.size(); ++k) {
-    const VectorXd needed =
-        force::current_limits(needs[k].holding, out.friction, {options.margin, options.least}) + needs[k].uncertainty;
+    const VectorXd needed = force::current_limits(needs[k].holding, out.friction, {options.margin, options.min_limit}) +
+                            needs[k].uncertainty;
     for (Index m = 0; m < n; ++m) {
       if (needed[m] <= out.limit[m]) continue;
       out.limit[m] = needed[m];

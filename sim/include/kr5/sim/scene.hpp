@@ -97,11 +97,13 @@ struct SceneEvent {
   }
 };
 
-enum class Statistic { Last, Mean, Least, Greatest, Range, Rms };
+enum class Statistic { Last, Mean, Min, Max, Range, Rms };
 constexpr auto enum_names(Statistic) {
   using enum Statistic;
-  return names<Statistic>(
-      {{Last, "last"}, {Mean, "mean"}, {Least, "least"}, {Greatest, "greatest"}, {Range, "range"}, {Rms, "rms"}});
+  return names<Statistic>({{Last, "last"}, {Mean, "mean"}, {Min, "min"}, {Max, "max"}, {Range, "range"}, {Rms, "rms"}});
+}
+constexpr auto old_names(Statistic) {
+  return names<Statistic>({{Statistic::Min, "least"}, {Statistic::Max, "greatest"}});
 }
 
 /// What a column of the scene must show.
@@ -115,7 +117,7 @@ struct Expectation {
   static constexpr std::array<std::string_view, 1> required = {"column"};
   static void each_field(auto& self, auto&& visit) {
     visit("column", self.column, "Column of the scene, e.g. q2, i3, fz, z, energy.");
-    visit("statistic", self.statistic, "Statistic from begin to end: last | mean | least | greatest | range | rms.");
+    visit("statistic", self.statistic, "Statistic from begin to end: last | mean | min | max | range | rms.");
     visit("begin", self.begin, "Time of the first row that counts [s].");
     visit("end", self.end, "Time of the last row that counts; without it, the end of the scene [s].");
     visit("least", self.least, "Minimum allowed value of the statistic.");
