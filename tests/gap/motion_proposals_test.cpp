@@ -78,7 +78,9 @@ TEST_CASE("motions stay within the workspace and its speeds, begin and end at re
 
 TEST_CASE("motions of a cell whose servos can be simulated are commanded, of others measured") {
   cell::Recording r = recorded();
-  const auto reference = [&] { return gap::motion_proposals(gap::Family{r, {}, 0.7}).front().experiment.joint_reference; };
+  const auto reference = [&] {
+    return gap::motion_proposals(gap::Family{r, {}, 0.7}).front().experiment.joint_reference;
+  };
   CHECK(reference() == cell::JointReference::Commanded);
   r.cell.servo->joint.clear();
   CHECK(reference() == cell::JointReference::Measured);
