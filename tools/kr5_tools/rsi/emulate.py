@@ -75,8 +75,8 @@ Places = Annotated[
     typer.Option(
         "--path",
         metavar="J1,J2,...",
-        help="Place that the program goes to, joint values of the cell \\[deg; mm of a slide]; repeatable, one after the"
-        " other; by default it stands.",
+        help="Place that the program goes to, joint values of the cell \\[deg; mm of a slide]; repeatable, one after"
+        " the other; by default it stands.",
     ),
 ]
 PathSpeed = Annotated[

@@ -1,4 +1,5 @@
-"""What `kr5 rsi emulate` makes of its options, and `kr5 rsi files` of some: layout, rules, faults of the network, and what happens at which time."""
+"""What `kr5 rsi emulate` makes of its options, and `kr5 rsi files`
+of some: layout, rules, faults of the network, and what happens at which time."""
 
 import dataclasses
 import math
@@ -100,8 +101,8 @@ def make_rules(
     translation_limit: float | None,
     others: Sequence[str] = (),
 ) -> rsi.ControllerRules:
-    """Rules of a controller, with the limits that are given in degrees and millimetres, rotations have that of axes; and
-    `others` by their names."""
+    """Rules of a controller, with the limits that are given in degrees and millimetres, rotations have that of axes;
+    and `others` by their names."""
     rules = rsi.usual_rules(controller)
     if timeout is not None:
         rules.max_late = timeout
