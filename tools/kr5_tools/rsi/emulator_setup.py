@@ -1,5 +1,5 @@
-"""What `kr5 rsi emulate` makes of its options, and `kr5 rsi files`
-of some: layout, rules, faults of the network, and what happens at which time."""
+"""What `kr5 rsi emulate` makes of its options, and `kr5 rsi files` of some: layout, rules and path, faults of the
+network, and what happens at which time."""
 
 import dataclasses
 import math
@@ -102,7 +102,7 @@ def make_rules(
     others: Sequence[str] = (),
 ) -> rsi.ControllerRules:
     """Rules of a controller, with the limits that are given in degrees and millimetres, rotations have that of axes;
-    and `others` by their names."""
+    `others` by their names."""
     rules = rsi.usual_rules(controller)
     if timeout is not None:
         rules.max_late = timeout
