@@ -55,10 +55,14 @@ def test_the_log_that_ships_has_one_answer_in_library_python_and_command(of_libr
     assert_equal(answer((tmp_path / "answer.json").read_text()), expected, "command")
 
 
-def test_a_recording_of_the_log_has_the_answer_of_the_log(of_library, tmp_path):
+def test_a_recording_of_the_log_has_the_answer_of_the_log(of_library, run_kr5, tmp_path):
     _, _, found = of_library
     kr5.cell.save_recording(found.recording, tmp_path / "recording")
     assert_equal(answer(kr5.gap.diagnose(tmp_path / "recording")), answer(found.diagnosis))
+    done = run_kr5("gap", "explain", "recording", "--json", "told.json")
+    told = json.loads((tmp_path / "told.json").read_text())
+    assert done.returncode == 0 and told["verdict"] == str(found.diagnosis.verdict), done.stderr
+    assert [cause["name"] for cause in told["causes"]] == ["Coulomb friction of joint 3"]
 
 
 def test_notes_and_problems_are_typed_and_told_with_their_numbers(of_library):

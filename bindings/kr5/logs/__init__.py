@@ -7,7 +7,7 @@ the remedy; what is used with caution is warned of (kr5.Caution).
 """
 
 from kr5.logs.compared_source import ComparedSource, SourceOptions, open_source
-from kr5.logs.diagnosis import diagnose_logs, read_logs, search_widely
+from kr5.logs.diagnosis import diagnose_logs, read_logs
 from kr5.logs.importer import import_recording
 from kr5.logs.log import Log
 from kr5.logs.log_file import ENDINGS, read_log
@@ -25,5 +25,4 @@ __all__ = [
     "read_log",
     "read_logs",
     "read_motion_log",
-    "search_widely",
 ]

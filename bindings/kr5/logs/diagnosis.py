@@ -58,11 +58,4 @@ def diagnose_logs(
     """Why a model and a robot disagree. `reading`: as of read_logs; options, progress: as of kr5.gap.diagnose. The
     search is as wide as the log of a real arm needs, unless options say otherwise."""
     compared = read_logs(logs, model, **reading)
-    chosen = search_widely(options or kr5.gap.DiagnoseOptions(), compared)
-    return kr5.arm_log.diagnose(compared.recording, None, chosen, progress)
-
-
-def search_widely(options: kr5.gap.DiagnoseOptions, compared: ComparedSource) -> kr5.gap.DiagnoseOptions:
-    """Settings for the log of a real arm, whose description states friction of no joint, or a placeholder for each:
-    many effects at once, the best set of each size only. What was set by the user stays."""
-    return kr5.arm_log.widened_search(options, compared.best_arm, compared.recording.cell.robot.joints)
+    return kr5.arm_log.diagnose(compared.recording, None, options or kr5.gap.DiagnoseOptions(), progress)

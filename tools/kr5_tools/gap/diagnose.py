@@ -10,7 +10,6 @@ import kr5.cell
 import kr5.gap
 import typer
 from kr5.files import results, writing
-from kr5.logs import search_widely
 from kr5.logs.compared_source import ComparedSource, SourceOptions, input_files
 from kr5.models.mujoco_check import MujocoCheck
 from kr5.models.writing import WrittenModel
@@ -110,7 +109,6 @@ def diagnose(
     to = terminal.console(json_file)
     compared = read_source(source, reading)
     outputs.check_model(compared)
-    options = search_widely(options, compared)
     found = run_diagnosis(compared.recording, arguments.make_simulator(full), options)
     written, confirmed = None, None
     try:

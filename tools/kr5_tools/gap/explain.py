@@ -81,14 +81,9 @@ def _read(what: Path, recording: Path | None, diagnose: bool) -> tuple[Diagnosis
         return diagnosis, find_recording(diagnosis.input, what, recording)
     recorded = kr5.cell.load_recording(what)
     if diagnose:
-        from kr5.logs import search_widely
-        from kr5.logs.compared_source import SourceOptions
-
         from kr5_tools.gap.diagnosis_run import run_diagnosis
-        from kr5_tools.gap.source import read_source
 
-        compared = read_source([what], SourceOptions())
-        options = search_widely(kr5.gap.DiagnoseOptions(), compared)
+        options = kr5.gap.DiagnoseOptions()
         return DiagnosisFile(run_diagnosis(recorded, arguments.make_simulator(False), options)), recorded
     return DiagnosisFile(kr5.gap.Diagnosis(verdict="unknown")), recorded
 
