@@ -111,12 +111,16 @@ void bind_checks(py::module_& m) {
   bind_enum<LogProblemKind>(m, "LogProblemKind", "What is wrong with columns of a log.");
   bind_enum<LogRemedy>(m, "LogRemedy", "How the numbers of a log would make sense.");
   bind_struct<LogProblem>(m, "LogProblem", "What speaks against columns of a log as they were read.")
+      .def("columns_text", &columns_text, "Columns that it speaks of, in words.")
       .def("found_text", &found_text, py::arg("cell"), "What was found, in words.")
       .def("expected_text", &expected_text, py::arg("cell"), "What was expected, in words.")
       .def("remedy_text", &remedy_text, py::arg("cell"), "What helps, in words.")
       .def(
           "text", [](const LogProblem& problem, const Cell& cell) { return text(problem, cell); }, py::arg("cell"),
           "Experiment, columns, found, expected and remedy in a sentence.");
+  m.def("mismatch_text", &mismatch_text, "What is to be said of a log with problems as a whole.");
+  m.def("require_masses", &require_masses, py::arg("model"),
+        "Raises InvalidArgument for a model without masses of its links, from which torques follow.");
   m.def("check_positions", &check_positions, py::arg("cell"), py::arg("experiment"),
         "What speaks against the positions and the clock of an experiment: list of LogProblem.");
   m.def("check_loads", &check_loads, py::arg("cell"), py::arg("experiment"),

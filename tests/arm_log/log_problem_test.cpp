@@ -127,4 +127,23 @@ TEST_CASE("every kind of problem has a sentence with what was found and expected
   }
 }
 
+TEST_CASE("columns are told by the ends of their row, one by one where only some of them are meant") {
+  const auto text = [](std::vector<std::string> columns, LogProblemKind kind = LogProblemKind::Unlike) {
+    return arm_log::columns_text({.kind = kind, .columns = std::move(columns)});
+  };
+  CHECK(text({"tau2"}) == "tau2");
+  CHECK(text({"tau1", "tau2"}) == "tau1 and tau2");
+  CHECK(text({"tau1", "tau2", "tau3"}) == "tau1 to tau3");
+  CHECK(text({"x", "y", "z"}) == "x y z");
+  CHECK(text({"tau1", "tau3"}, LogProblemKind::SomeOpposite) == "tau1, tau3");
+}
+
+TEST_CASE("a problem names the joint of its column, a log with problems is put in question") {
+  arm_log::ArmLog log = logged(moved_arm());
+  log.effort *= -1;
+  CHECK_THROWS_WITH(arm_log::prepare_log(log, limited_arm()), Contains(arm_log::mismatch_text()));
+  const LogProblem problem{.kind = LogProblemKind::Unlike, .experiment = "motion-1", .columns = {"tau2"}, .joint = 1};
+  CHECK_THAT(text(problem, limited_arm()), Contains("motion-1: tau2 (elbow): found a correlation"));
+}
+
 }  // namespace log_problem_test

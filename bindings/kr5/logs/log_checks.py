@@ -14,6 +14,7 @@ from kr5 import arm_log
 from kr5.arm_log import LogProblemKind, LogRemedy
 from kr5.logs.column_order import exchanged, rearranged
 from kr5.logs.entry_words import EntryWords
+from kr5.logs.experiment_split import FIT_SHARE
 from kr5.logs.joint_columns import range_text
 from kr5.logs.map_file import Source, Tool, column_family
 from kr5.logs.values import column_unit, of_motors
@@ -80,7 +81,7 @@ def _told(problem: arm_log.LogProblem, cell: kr5.cell.Cell, words: EntryWords, o
     remedy = "" if problem.remedy in LENGTHS else problem.remedy_text(cell)  # which the entry says by itself
     return LogProblem(
         problem.experiment,
-        _columns_text(problem),
+        problem.columns_text(),
         problem.found_text(cell),
         problem.expected_text(cell),
         _joined(remedy, entries),
@@ -92,15 +93,6 @@ def _joined(remedy: str, entries: str) -> str:
     if not (remedy and entries):
         return remedy or entries
     return f"{remedy} {entries}" if remedy.endswith("?") else f"{remedy}: {entries}"
-
-
-def _columns_text(problem: arm_log.LogProblem) -> str:
-    columns = list(problem.columns)
-    if columns == ["x", "y", "z"]:
-        return "x y z"
-    if problem.kind == LogProblemKind.SomeOpposite:
-        return ", ".join(columns)
-    return " and ".join(columns) if len(columns) == 2 else range_text(columns)
 
 
 UNITS: dict[LogRemedy, dict[str, object]] = {

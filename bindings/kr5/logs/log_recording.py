@@ -94,11 +94,8 @@ def _complete_model(recording: kr5.cell.Recording, readings: Readings, constants
 
 def _require_masses(recording: kr5.cell.Recording) -> None:
     loads = any("tau1" in e.data or "i1" in e.data for e in recording.experiments)
-    if loads and not recording.cell.robot.links:
-        raise kr5.InvalidArgument(
-            "the model states no masses of its links, from which torques follow; choose a model with masses and"
-            " inertias (in a URDF: <inertial> of each link)"
-        )
+    if loads:
+        arm_log.require_masses(recording.cell)
 
 
 def _best_arm_text(note: arm_log.LogNote, cell: kr5.cell.Cell, columns: Mapping[str, object]) -> str:
@@ -168,10 +165,7 @@ def require_plausible(found: LogRecording, trust: bool) -> None:
             " --set 'columns.i.from=[...]' for currents"
         )
     if found.problems and not trust:
-        mismatch = (
-            "the log and the model do not fit together as they were read. Is this the model of the robot that was"
-            " logged? If so, correct what is named above with --set, or go on with --trust"
-        )
+        mismatch = f"{arm_log.mismatch_text()} If so, correct what is named above with --set, or go on with --trust"
         raise kr5.Errors([*(problem.text() for problem in found.problems), mismatch])
     for problem in found.problems:
         warnings.warn(problem.text(), kr5.Implausible, stacklevel=2)

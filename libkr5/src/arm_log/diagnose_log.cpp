@@ -54,8 +54,7 @@ void require_plausible(const LogRecording& log) {
   if (log.problems.empty()) return;
   std::string out;
   for (const LogProblem& problem : log.problems) out += text(problem, log.recording.cell) + "\n";
-  throw InvalidArgument(out +
-                        "the log and the model do not fit together; is this the model of the robot that was logged?");
+  throw InvalidArgument(out + mismatch_text());
 }
 
 bool shows_loads(const cell::Recording& recording) {

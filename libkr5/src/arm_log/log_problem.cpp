@@ -63,17 +63,6 @@ std::string cycle_text(const LogProblem& problem) {
                               : "speeds within the limits of the cell";
 }
 
-std::string columns_text(const LogProblem& problem, const cell::Cell& cell) {
-  const auto& names = problem.columns;
-  if (names.size() == 2) return names[0] + " and " + names[1];
-  if (names == std::vector<std::string>{"x", "y", "z"}) return "x y z";
-  if (names.size() > 2 && problem.kind != LogProblemKind::SomeOpposite) return names.front() + " to " + names.back();
-  std::string out;
-  for (const std::string& name : names) out += (out.empty() ? "" : ", ") + name;
-  return problem.joint >= 0 && !cell.robot.joint_names.empty() ? out + " (" + joint_name(cell, problem.joint) + ")"
-                                                               : out;
-}
-
 /// What helps where no other reading of the numbers makes sense.
 std::string check_text(const LogProblem& problem) {
   switch (problem.kind) {
@@ -135,6 +124,17 @@ std::string found_commands_text(const LogProblem& problem) {
 }
 
 }  // namespace
+
+std::string columns_text(const LogProblem& problem) {
+  const auto& names = problem.columns;
+  if (names == std::vector<std::string>{"x", "y", "z"}) return "x y z";
+  const bool all = problem.kind != LogProblemKind::SomeOpposite;
+  if (all && names.size() == 2) return names[0] + " and " + names[1];
+  if (all && names.size() > 2) return names.front() + " to " + names.back();
+  std::string out;
+  for (const std::string& name : names) out += (out.empty() ? "" : ", ") + name;
+  return out;
+}
 
 std::string found_text(const LogProblem& problem, const cell::Cell& cell) {
   switch (problem.kind) {
@@ -311,8 +311,14 @@ std::string remedy_text(const LogProblem& problem, const cell::Cell& cell) {
 }
 
 std::string text(const LogProblem& problem, const cell::Cell& cell) {
-  return problem.experiment + ": " + columns_text(problem, cell) + ": found " + found_text(problem, cell) +
+  const bool named = problem.joint >= 0 && !cell.robot.joint_names.empty();
+  return problem.experiment + ": " + columns_text(problem) +
+         (named ? " (" + joint_name(cell, problem.joint) + ")" : "") + ": found " + found_text(problem, cell) +
          ", expected " + expected_text(problem, cell) + "; " + remedy_text(problem, cell);
+}
+
+std::string mismatch_text() {
+  return "the log and the model do not fit together as they were read. Is this the model of the robot that was logged?";
 }
 
 }  // namespace kr5::arm_log

@@ -181,12 +181,16 @@ double settle_time(const cell::Cell& cell, const VectorXd& q) {
   return out;
 }
 
+void require_masses(const cell::Cell& model) {
+  require(!model.robot.links.empty(),
+          "the model states no masses of its links, from which torques follow; choose a model with masses and inertias "
+          "(in a URDF: <inertial> of each link)");
+}
+
 LogRecording record_log(const ArmLog& log, const cell::Cell& cell) {
   const int n = cell.robot.joints();
   log.validate(n);
-  require(!cell.robot.links.empty(),
-          "the model states no masses of its links, from which torques follow; choose a model with masses and inertias "
-          "(in a URDF: <inertial> of each link)");
+  require_masses(cell);
   const MotionLog motion = motion_log(log, cell);
   require(!motion.family.empty() || cell.has_torque_servos(),
           "effort: found neither efforts nor currents, and the model states no torque servos, by which commands move "

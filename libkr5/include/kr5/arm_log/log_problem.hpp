@@ -167,6 +167,8 @@ struct LogProblem {
   }
 };
 
+/// The columns that it speaks of, in words.
+std::string columns_text(const LogProblem& problem);
 /// What was found, in words; the cell names joints and units.
 std::string found_text(const LogProblem& problem, const cell::Cell& cell);
 /// What was expected, in words.
@@ -175,6 +177,8 @@ std::string expected_text(const LogProblem& problem, const cell::Cell& cell);
 std::string remedy_text(const LogProblem& problem, const cell::Cell& cell);
 /// Experiment, columns, found, expected and remedy in a sentence.
 std::string text(const LogProblem& problem, const cell::Cell& cell);
+/// What is to be said of a log with problems as a whole.
+std::string mismatch_text();
 
 /// What speaks against the positions, the clock and the measured poses of the tool of an experiment.
 std::vector<LogProblem> check_positions(const cell::Cell& cell, const cell::Experiment& experiment);

@@ -25,6 +25,9 @@ struct LogRecording {
 /// servos of the joints [s].
 double settle_time(const cell::Cell& cell, const Eigen::VectorXd& q);
 
+/// @throws InvalidArgument for a model without masses of its links, from which torques follow.
+void require_masses(const cell::Cell& model);
+
 /// The experiments of a log: commands where the cell has a servo that follows them, else measured positions, smoothed;
 /// the last part of the motion to check. Efforts, or else currents, are the loads; an arm with torque servos needs
 /// none.
