@@ -91,7 +91,10 @@ static void bind_inverse(py::module_& m) {
   bind_struct<Posture>(m, "Posture", "Posture: joint values that reach a pose.")
       .def_property_readonly("usable", &Posture::usable, "True when all joints are within their limits.");
   bind_struct<InverseOptions>(m, "InverseOptions", "Options of inverse_kinematics.");
-  bind_struct<InverseResult>(m, "InverseResult", "Postures that reach a pose.");
+  bind_struct<InverseResult>(m, "InverseResult", "Postures that reach a pose.")
+      .def("nearest", &InverseResult::nearest,
+           "Joint values within the limits that are nearest to `near` of the options; None where no posture is usable "
+           "[rad or m].");
   m.def("has_closed_form", &has_closed_form, py::arg("chain"),
         "True for six revolute joints whose last three axes intersect in one point.");
   m.def("inverse_kinematics", &inverse_kinematics, py::arg("chain"), py::arg("T_base_flange"),

@@ -13,10 +13,7 @@ std::optional<Eigen::VectorXd> IkSolver::posture(const Pose& T_base_flange, cons
   options_.near = near;
   const kinematics::InverseResult found = kinematics::inverse_kinematics(chain_, T_base_flange, options_);
   status_ = found.status;
-  std::optional<Eigen::VectorXd> best;
-  for (const kinematics::Posture& p : found.postures)
-    if (p.usable() && (!best || (p.q - near).norm() < (*best - near).norm())) best = p.q;
-  return best;
+  return found.nearest();
 }
 
 }  // namespace kr5::sim

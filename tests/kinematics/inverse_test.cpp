@@ -87,6 +87,36 @@ TEST_CASE("both KR5 tables have four postures at any pose, eight where the arm c
   }
 }
 
+TEST_CASE("the nearest joint values are those of the usable posture that differs least from `near`") {
+  const DhChain chain = kr5_arc(-h);
+  Random random(8);
+  int skipped = 0;
+  for (int k = 0; k < 100; ++k) {
+    const VectorXd q = test::random_vector(random, 6, 2.5), near = test::random_vector(random, 6, 2.5);
+    const InverseOptions options{
+        .lower = VectorXd::Constant(6, -2.5), .upper = VectorXd::Constant(6, 2.5), .near = near};
+    const InverseResult result = inverse_kinematics(chain, chain.flange(q), options);
+    const auto found = result.nearest();
+    REQUIRE(found);
+    CHECK((chain.flange(*found).matrix() - chain.flange(q).matrix()).norm() < 1e-8);
+    CHECK((found->array().abs() <= 2.5).all());
+    for (const Posture& p : result.postures) {
+      if (p.usable())
+        CHECK((*found - near).norm() <= (p.q - near).norm());
+      else
+        skipped += (p.q - near).norm() < (*found - near).norm();
+    }
+  }
+  CHECK(skipped > 0);
+  const VectorXd q = plain();
+  const InverseOptions elsewhere{.lower = q.array() + 0.1, .upper = q.array() + 0.2};
+  const InverseResult outside = inverse_kinematics(chain, chain.flange(q), elsewhere);
+  CHECK_FALSE((outside.postures.empty() || outside.nearest()));
+  Pose far = chain.flange(q);
+  far.translation() *= 10;
+  CHECK_FALSE(inverse_kinematics(chain, far).nearest());
+}
+
 TEST_CASE("a wrist in line is named and leaves joint 4 where it was") {
   const DhChain chain = kr5_arc(-h);
   const VectorXd q = plain(0.8, h);  // theta 5 = 0

@@ -164,6 +164,11 @@ void InverseOptions::validate(int joints) const {
   require(starts > 0, "starts must be positive");
 }
 
+std::optional<Eigen::VectorXd> InverseResult::nearest() const {
+  if (postures.empty() || !postures.front().usable()) return std::nullopt;
+  return postures.front().q;
+}
+
 InverseResult inverse_kinematics(const DhChain& chain, const Pose& T_base_flange, const InverseOptions& options) {
   require(!chain.joints.empty(), "the chain has no joints");
   options.validate(static_cast<int>(chain.joints.size()));

@@ -53,13 +53,10 @@ void LoopbackRobot::set_status(bool saturated, bool gripped) noexcept {
 bool LoopbackRobot::reach(const Pose& T_base_tool) {
   kinematics::InverseOptions options;
   options.near = joints_;
-  const kinematics::InverseResult found =
-      kinematics::inverse_kinematics(model_.arm, T_base_tool * model_.T_flange_tool.inverse(), options);
-  const kinematics::Posture* best = nullptr;
-  for (const kinematics::Posture& p : found.postures)
-    if (p.usable() && (!best || (p.q - joints_).norm() < (best->q - joints_).norm())) best = &p;
-  if (best) joints_ = best->q;
-  return best;
+  const auto found =
+      kinematics::inverse_kinematics(model_.arm, T_base_tool * model_.T_flange_tool.inverse(), options).nearest();
+  if (found) joints_ = *found;
+  return found.has_value();
 }
 
 RobotReading LoopbackRobot::read() {

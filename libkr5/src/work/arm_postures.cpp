@@ -38,7 +38,7 @@ std::optional<VectorXd> ArmPostures::posture_near(const Pose& T_base_tool, const
   kinematics::InverseOptions options = options_;
   options.near = near;
   const auto found = kinematics::inverse_kinematics(chain_, T_base_tool * T_tool_flange_, options);
-  std::optional<VectorXd> best;
+  std::optional<VectorXd> best;  // not found.nearest(): the joint with the longest way decides how long it takes
   for (const kinematics::Posture& p : found.postures)
     if (p.usable() && (!best || (p.q - near).lpNorm<Eigen::Infinity>() < (*best - near).lpNorm<Eigen::Infinity>()))
       best = p.q;

@@ -23,11 +23,7 @@ class Reach {
   bool of(const Pose& T_base_tool) const { return posture(T_base_tool).has_value(); }
   /// The joints nearest to zero at a pose of the tool; none where the arm does not come to it [rad or m].
   std::optional<Eigen::VectorXd> posture(const Pose& T_base_tool) const {
-    const auto found = kinematics::inverse_kinematics(chain_, T_base_tool * T_tool_flange_, options_);
-    std::optional<Eigen::VectorXd> best;
-    for (const kinematics::Posture& p : found.postures)
-      if (p.usable() && (!best || p.q.norm() < best->norm())) best = p.q;
-    return best;
+    return kinematics::inverse_kinematics(chain_, T_base_tool * T_tool_flange_, options_).nearest();
   }
 
  private:

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include <kr5/core/fields.hpp>
@@ -95,6 +96,10 @@ struct InverseResult {
   InverseStatus status = InverseStatus::NotConverged;
   bool closed_form = false;       ///< Then `postures` are all there are, full turns apart.
   std::vector<Posture> postures;  ///< Usable ones first, then by distance from `near`.
+
+  /// Joint values within the limits that are nearest to `near` of the options, by the norm of their difference; none
+  /// where no posture is usable [rad or m].
+  std::optional<Eigen::VectorXd> nearest() const;
 
   static void each_field(auto& self, auto&& visit) {
     visit("status", self.status, "Status: solved | outside_limits | out_of_reach | not_converged.");

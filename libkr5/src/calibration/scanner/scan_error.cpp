@@ -109,8 +109,7 @@ class ScanStudy {
 
   static Eigen::VectorXd posture(const kinematics::DhChain& chain, const Pose& T_base_flange,
                                  const kinematics::InverseOptions& options, double stand_off) {
-    for (const kinematics::Posture& found : kinematics::inverse_kinematics(chain, T_base_flange, options).postures)
-      if (found.usable()) return found.q;
+    if (const auto found = kinematics::inverse_kinematics(chain, T_base_flange, options).nearest()) return *found;
     throw InvalidArgument("the arm does not reach a pass at a stand-off of " +
                           std::to_string(std::lround(1e3 * stand_off)) + " mm; move the target");
   }

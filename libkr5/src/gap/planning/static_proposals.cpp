@@ -36,9 +36,7 @@ std::optional<io::Table> transform_postures(const Workspace& workspace, const io
     if (before.size() == 0 || q != before) {  // many rows have one posture
       before = q;
       options.near = q;
-      const auto found = kinematics::inverse_kinematics(arm, move(arm.flange(q)), options);
-      const bool usable = !found.postures.empty() && found.postures.front().usable();
-      after = usable ? found.postures.front().q : Eigen::VectorXd();
+      after = kinematics::inverse_kinematics(arm, move(arm.flange(q)), options).nearest().value_or(Eigen::VectorXd());
     }
     if (after.size() == 0) continue;
     out.values.row(i).segment(first, n) = after.transpose();
