@@ -51,6 +51,18 @@ LogProblem first_problem(const Logged& l) {
   return found.front();
 }
 
+/// The only problem of a log that is not split.
+LogProblem problem_of(const Logged& l) {
+  cell::Experiment e;
+  e.name = "motion";
+  e.data.columns = {"t", "qc1", "qc2", "qc3", "q1", "q2", "q3"};
+  e.data.values.resize(l.log.q.rows(), 7);
+  e.data.values << l.log.t, l.log.command, l.log.q;
+  const auto found = arm_log::check_positions(l.arm, e);
+  REQUIRE(found.size() == 1);
+  return found.front();
+}
+
 }  // namespace
 
 TEST_CASE("rows need not come at the cycle of torque servos, which is that of their loop") {
@@ -144,6 +156,23 @@ TEST_CASE("commands that have nothing to do with the joints are told") {
   CHECK(first_problem(l).kind == LogProblemKind::CommandsUnlike);
 }
 
+TEST_CASE("small commands beside positions that move are told by how the positions follow them") {
+  Logged l = logged(8501);
+  l.arm.robot.limits =
+      cell::Limits{Eigen::Vector3d(-3, -3, -3), Eigen::Vector3d(3, 3, 3), Eigen::Vector3d(9, 9, 9), {}};
+  SECTION("not at all") {
+    Random random(8502);
+    l.log.command = 0.02 * servo_commands(l.log.t, 3, random);
+    CHECK(problem_of(l).kind == LogProblemKind::CommandsUnlike);
+  }
+  SECTION("at a constant ratio") {
+    l.log.command *= M_PI / 180;
+    const LogProblem found = problem_of(l);
+    CHECK(found.kind == LogProblemKind::CommandsScaled);
+    CHECK(found.factors[0] == Approx(180 / M_PI).epsilon(0.2));
+  }
+}
+
 TEST_CASE("a joint that never moves is named") {
   Logged l = logged(8601);
   l.log.q.col(1).setConstant(l.log.q(0, 1));
@@ -161,17 +190,11 @@ TEST_CASE("a motor that is switched off midway is named with its time") {
   l.log.command.bottomRows(l.log.q.rows() - off).col(1).setConstant(0.9);
   for (Index i = off; i < l.log.q.rows(); ++i)
     l.log.q(i, 1) = l.log.q(off, 1) - 1.2 * (1 - std::exp(-10 * (l.log.t[i] - l.log.t[off])));
-  cell::Experiment e;
-  e.name = "motion";
-  e.data.columns = {"t", "qc1", "qc2", "qc3", "q1", "q2", "q3"};
-  e.data.values.resize(l.log.q.rows(), 7);
-  e.data.values << l.log.t, l.log.command, l.log.q;
-  const auto found = arm_log::check_positions(l.arm, e);
-  REQUIRE(found.size() == 1);
-  CHECK(found[0].kind == LogProblemKind::StopsFollowing);
-  CHECK(found[0].remedy == LogRemedy::CutLog);
-  CHECK(found[0].joint == 1);
-  CHECK(found[0].found == Approx(l.log.t[off]).margin(0.3));
+  const LogProblem found = problem_of(l);
+  CHECK(found.kind == LogProblemKind::StopsFollowing);
+  CHECK(found.remedy == LogRemedy::CutLog);
+  CHECK(found.joint == 1);
+  CHECK(found.found == Approx(l.log.t[off]).margin(0.3));
 }
 
 }  // namespace command_checks_test

@@ -69,7 +69,8 @@ Following best_following(const VectorXd& q, const VectorXd& qc, Index most_lag) 
   return out;
 }
 
-/// The motion of an experiment, rows x joints, with the joints whose command moves.
+/// The motion of an experiment, rows x joints, with the joints whose command moves; where none does, those that move by
+/// themselves.
 struct Motion {
   VectorXd t;
   MatrixXd q, qc;
@@ -87,11 +88,13 @@ std::optional<Motion> commanded_motion(const cell::Cell& cell, const cell::Exper
   const int n = cell.robot.joints();
   const cell::Experiment whole = cell::with_lead_in(experiment);  // also what is simulated and not judged was measured
   Motion out{whole.data.column("t"), joint_columns(whole, "q", n), joint_columns(whole, "qc", n), {}, {}};
-  for (int k = 0; k < n; ++k) {
-    if (span_of(out.qc.col(k)) < commanded) continue;
-    out.moving.push_back(k);
+  for (int k = 0; k < n; ++k)
+    if (span_of(out.qc.col(k)) >= commanded) out.moving.push_back(k);
+  if (out.moving.empty())
+    for (int k = 0; k < n; ++k)
+      if (span_of(out.q.col(k)) >= commanded && span_of(out.qc.col(k)) > 0) out.moving.push_back(k);
+  for (const int k : out.moving)
     out.followings.push_back(best_following(out.q.col(k), out.qc.col(k), out.rows_in(longest_lag)));
-  }
   return out;
 }
 
