@@ -254,6 +254,60 @@ def test_without_the_package_the_extra_is_named(ending, package, extra, monkeypa
         read_log(file)
 
 
+def test_vectors_of_different_lengths_are_refused(motions, tmp_path):
+    m = motions[0]
+    rows = [row.tolist() for row in m.qc]
+    rows[100] = rows[100][:2]
+    file = files.write_parquet(tmp_path / "log.parquet", {"timestamp": m.t, "action": rows, "state": list(m.q)})
+    with pytest.raises(kr5.FileError, match=r"log.parquet: column 'action': found vectors of different lengths"):
+        read_log(file)
+
+
+def test_a_list_of_another_length_in_a_cell_is_refused_with_its_line(motions, tmp_path):
+    files.sage(tmp_path, motions)
+    table = tmp_path / "control.csv"
+    lines = table.read_text().splitlines()
+    head, _, _ = lines[5].partition('"')
+    lines[5] = f'{head}"[0.1, 0.2]"'
+    table.write_text("\n".join(lines) + "\n")
+    with pytest.raises(kr5.FileError, match=r"control.csv: line 6, .*expected a list of 4 numbers"):
+        read_log(tmp_path)
+
+
+def test_columns_without_names_are_asked_for_in_words(motions, model, tmp_path):
+    log = files.headerless(tmp_path, motions)
+    with pytest.raises(
+        kr5.FileError, match="line 1: found only numbers, expected the names of its 7 columns.*--columns"
+    ):
+        read_logs(log, model)
+    with pytest.raises(kr5.InvalidArgument, match="found 7 columns, expected the 6 that are named"):
+        read_logs(log, model, columns="t,cmd{1-3},pos{1-2}")
+
+
+@pytest.mark.parametrize("what", ["images alone", "no row"])
+def test_an_hdf5_without_numbers_is_refused(what, tmp_path):
+    import h5py
+
+    with h5py.File(tmp_path / "log.hdf5", "w") as file:
+        if what == "no row":
+            file["observations/qpos"], file["action"] = np.zeros((0, 4)), np.zeros((0, 4))
+        else:
+            file["observations/images/top"] = np.zeros((50, 4, 6, 3), np.uint8)
+    with pytest.raises(kr5.FileError, match="contains no array of numbers with a row an instant"):
+        read_log(tmp_path / "log.hdf5")
+
+
+@pytest.mark.parametrize("form", ["lerobot v2.1", "robomimic"])
+def test_an_episode_that_is_not_there_is_refused_with_those_that_are(form, motions, model, tmp_path):
+    data_set = FORMS[form][0](tmp_path, motions)
+    with pytest.raises(kr5.FileError, match="has no episode 9; it has 3, from 0 to 2: --episodes 0-2"):
+        read_logs(data_set, model, episodes="9")
+    if form.startswith("lerobot"):
+        (data_set / "meta" / "info.json").write_text("{")
+        with pytest.raises(kr5.FileError, match=r"info.json: is no JSON"):
+            read_logs(data_set, model, episodes="0")
+
+
 READ = """
 import resource, sys
 from pathlib import Path

@@ -244,6 +244,71 @@ def test_times_in_fractions_of_seconds_are_recognised(unit, motion, model, tmp_p
     assert max(float(e["t"][-1]) for e in found.recording.experiments) == pytest.approx(motion.t[-1], abs=0.02)
 
 
+@pytest.mark.parametrize("unit", [1e3, 1e6, 1e9])
+def test_times_of_an_hdf5_in_fractions_of_seconds_are_recognised(unit, motion, model, tmp_path):
+    log = timed_hdf5(tmp_path, motion, np.round(1.7e9 * unit + unit * motion.t).astype(np.int64))
+    found = read_logs(log, model)
+    assert max(float(e["t"][-1]) for e in found.recording.experiments) == pytest.approx(motion.t[-1], abs=0.02)
+
+
+def test_times_of_an_hdf5_that_count_rows_are_asked_for(diagnose, motion, model, tmp_path):
+    log = timed_hdf5(tmp_path, motion, np.arange(len(motion.t)))
+    refused(diagnose, log, "--model", model, *QUICK, text=("timestamp counts rows", "--every SECONDS"))
+
+
+def timed_hdf5(folder, motion, stamps):
+    h5py = pytest.importorskip("h5py", reason="pip install 'kr5[hdf5]'")
+    with h5py.File(folder / "log.h5", "w") as file:
+        file["action"], file["observations/qpos"], file["timestamp"] = motion.qc, motion.q, stamps
+    return folder / "log.h5"
+
+
+def test_of_commands_that_lack_a_row_the_interval_of_both_is_typed(motion, model, tmp_path):
+    h5py = pytest.importorskip("h5py", reason="pip install 'kr5[hdf5]'")
+    with h5py.File(tmp_path / "log.h5", "w") as file:
+        file["action"], file["observations/qpos"] = motion.qc[:-1], motion.q
+    error = problem(tmp_path / "log.h5", model, every=1 / files.RATE)
+    assert f"observations/qpos[0] and similar columns have {len(motion.t)} rows beside a clock of" in str(error)
+    found = read_logs(tmp_path / "log.h5", model, every=1 / files.RATE, settings=remedy_of(error))
+    q = positions(found.recording)
+    assert len(q) > 0.85 * len(motion.t) and np.abs(q - motion.q[: len(q)]).max() < 1e-9
+
+
+def test_tensors_with_other_rows_than_their_times_are_told(motion, model, tmp_path):
+    content = {"time": motion.t, "dof_pos": motion.q[:-3], "des_dof_pos": motion.qc}
+    tensors = {name: files.FakeTensor(str(k), values) for k, (name, values) in enumerate(content.items())}
+    error = problem(files.torch_archive(tmp_path / "log.pt", tensors), model)
+    assert f"dof_pos[0] has {len(motion.t) - 3} rows, and time, which looks like time, {len(motion.t)}" in str(error)
+
+
+@pytest.mark.parametrize("write", [files.aloha, files.lerobot_3, files.sage], ids=lambda write: write.__name__)
+def test_mistakes_are_told_whatever_the_format(write, motion, model, tmp_path):
+    pytest.importorskip("h5py", reason="pip install 'kr5[hdf5]'")
+    pytest.importorskip("pyarrow", reason="pip install 'kr5[parquet]'")
+    options = {"every": 1 / files.RATE} if write is files.aloha else {}
+    speeds = np.gradient(motion.qc, motion.t, axis=0)
+    for k, (commands, told) in enumerate(
+        [(motion.q, "the log is of an arm that was led"), (speeds, "are they speeds")]
+    ):
+        folder = tmp_path / str(k)
+        folder.mkdir()
+        error = problem(write(folder, [files.Motion(motion.t, commands, motion.q)]), model, **options)
+        assert told in str(error) and "--set columns.qc.from=measured" in str(error)
+
+
+def test_a_servo_too_weak_for_its_link_is_named_as_a_joint_that_does_not_move(diagnose, model, tmp_path):
+    weak = files.servo_arm()
+    servo = weak.servo
+    limits = [1.0, 0.06, 1.0]  # less than the weight that the shoulder bears
+    (alike,) = servo.torque  # of all joints
+    given = {"stiffness": alike.stiffness, "damping": alike.damping}
+    servo.torque = [kr5.cell.TorqueServo(**given, torque_limit=limit) for limit in limits]
+    weak.servo = servo
+    m = files.moved(seed=5, cell=weak)
+    log = log_of(tmp_path, m.t, cmd=m.qc, pos=m.q)
+    refused(diagnose, log, "--model", model, *QUICK, text=("q2 (shoulder_lift)", "found a joint that moves by"))
+
+
 def test_counts_of_an_encoder_are_recognised(motion, model, tmp_path):
     counts = np.round(2048 + motion.qc / files.TICK), np.round(2048 + motion.q / files.TICK)
     found = read_logs(log_of(tmp_path, motion.t, cmd=counts[0], pos=counts[1]), model)

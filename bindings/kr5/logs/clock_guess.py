@@ -103,8 +103,17 @@ def stated_unit(name: str) -> str | None:
     return {"sec": "s", "nsec": "ns", "nanosec": "ns"}.get(match[1], match[1]) if match else None
 
 
-def require_clock(clock: GuessedClock | None, log: Log, words: EntryWords) -> GuessedClock:
+def require_clock(clock: GuessedClock | None, column: str, log: Log, words: EntryWords) -> GuessedClock:
+    """The clock of the rows of a column, or an error that says how to state it."""
     if clock is None:
+        rows = len(log.columns[column])
+        others = [n for n in log.time_columns() if len(log.columns[n]) != rows]
+        if others:
+            raise kr5.FileError(
+                log.file,
+                f"{column} has {rows} rows, and {others[0]}, which looks like time, {len(log.columns[others[0]])};"
+                " expected as many of each: export them again, or state the interval of the rows with --every SECONDS",
+            )
         names = ", ".join(list(log.columns)[:12])
         raise kr5.FileError(
             log.file,

@@ -252,9 +252,15 @@ class Importer:
         else:
             out = t
         if rows != len(out):
-            raise kr5.IoError(
-                f"{source.where}: found {rows} rows beside a clock of {len(out)}; specify its clock:"
-                f" {self.map.words.put(_key(source) + '.clock', column='NAME', unit='s')}"
+            main_clock, key = self.time.clock_of(experiment), f"{_key(source)}.clock"
+            if main_clock is not None and main_clock.every is not None:
+                remedy = "if both begin together, at the same interval, state it for this one, too: "
+                remedy += self.map.words.put(key, every=main_clock.every)
+            else:
+                remedy = f"specify its clock: {self.map.words.put(key, column='NAME', unit='s')}"
+            raise kr5.FileError(
+                log.file,
+                f"{source.names[0]} and similar columns have {rows} rows beside a clock of {len(out)}; {remedy}",
             )
         return out
 

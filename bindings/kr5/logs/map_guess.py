@@ -253,7 +253,8 @@ def _motion_columns(
     first = next(
         f for f in (qc if "from" not in columns["qc"] or columns["qc"]["from"] != "measured" else None, q, qc) if f
     )
-    clock = require_clock(guess_clock(log, first.columns[0], _cycle(cell), given.clock), log, given.words)
+    column = first.columns[0]
+    clock = require_clock(guess_clock(log, column, _cycle(cell), given.clock), column, log, given.words)
     out.because(where, "clock", clock.proposal, clock.reason)
     return columns, clock
 
@@ -428,7 +429,8 @@ def _raw_part(part: LogPart, columns: dict[str, Any], given: GivenEntries, cell:
     family = part.families.first(name) or part.families.first("qc")
     assert family is not None, "a motion has positions"
     q = joint_values(columns[name], name, log, cell)
-    clock = require_clock(guess_clock(log, family.columns[0], _cycle(cell), given.clock), log, given.words)
+    column = family.columns[0]
+    clock = require_clock(guess_clock(log, column, _cycle(cell), given.clock), column, log, given.words)
     if len(clock.seconds) != len(q):
         raise kr5.FileError(
             log.file,

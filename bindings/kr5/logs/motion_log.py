@@ -71,7 +71,7 @@ def read_motion_log(
     arm = cell if cell is not None else _joints_alone(number)
     entry, _, _ = joint_entry(q, log, arm, given, qc)
     values = joint_values(entry, "q", log, arm)
-    clock = require_clock(guess_clock(log, q.columns[0], None, given.clock), log, given.words)
+    clock = require_clock(guess_clock(log, q.columns[0], None, given.clock), q.columns[0], log, given.words)
     known = np.isfinite(values).all(axis=1) & np.isfinite(clock.seconds)
     times, positions = clock.seconds[known], values[known]
     notes = [*log.notes, *([q.note] if q.note else [])]

@@ -96,6 +96,8 @@ def _batches(file: Path, parquet: Any, names: list[str], episode: int | None) ->
                 batch = batch.filter(pyarrow.compute.equal(batch.column(EPISODE), episode))
             if batch.num_rows:
                 yield {name: _numbers(file, batch, name) for name in names}
+    except kr5.FileError:  # which is an OSError, too
+        raise
     except (pyarrow.ArrowException, OSError) as error:
         why = str(error).split("\n")[0][:200]
         raise kr5.FileError(file, f"cannot be read as Parquet: {why}; copy the file again") from error
