@@ -150,9 +150,9 @@ BENCHES = {
         " show as dry friction (gap 1.17).",
     ),
     "servos": Bench(
-        "Servos named from commands and positions: MuJoCo arms, a real SO-101",
-        "all kinds of effects; draws with other seeds, which are made of the commit",
-        quick=("--arms", "8"),
+        "Servos named from commands and positions: MuJoCo arms, a real SO-101, an XL330 with a pendulum",
+        "all kinds of effects; draws with other seeds, which are made of the commit; the public logs",
+        quick=("--arms", "8", "--motions", "3"),
     ),
     "blind_check": Bench(
         "Blind check of the diagnosis: sealed cells of a program of its own, on Pinocchio",

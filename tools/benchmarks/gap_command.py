@@ -1,8 +1,10 @@
 """`kr5 gap` as a person runs it: in a folder, with its JSON."""
 
 import json
+import os
 import subprocess
 import sys
+import tempfile
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +19,7 @@ class Answer:
     data: dict[str, Any]
     said: str
     seconds: float
+    memory: float = 0.0  # at most [GiB]
 
     @property
     def causes(self) -> list[tuple[str, str]]:
@@ -33,11 +36,16 @@ def run_gap(command: str, folder: Path, *words: Any) -> Answer:
     file = folder / "answer.json"
     file.unlink(missing_ok=True)
     start = time.monotonic()
-    done = subprocess.run(
-        [sys.executable, "-m", "kr5_tools", "gap", command, *map(str, words), "--json", file.name],
-        cwd=folder,
-        capture_output=True,
-        text=True,
-    )
-    data = json.loads(file.read_text()) if done.returncode == 0 and file.is_file() else {}
-    return Answer(done.returncode, data, done.stdout + done.stderr, time.monotonic() - start)
+    with tempfile.TemporaryFile("w+") as said:
+        process = subprocess.Popen(
+            [sys.executable, "-m", "kr5_tools", "gap", command, *map(str, words), "--json", file.name],
+            cwd=folder,
+            stdout=said,
+            stderr=subprocess.STDOUT,
+        )
+        _, status, used = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+        said.seek(0)
+        text = said.read()
+    data = json.loads(file.read_text()) if process.returncode == 0 and file.is_file() else {}
+    return Answer(process.returncode, data, text, time.monotonic() - start, used.ru_maxrss / (1 << 20))

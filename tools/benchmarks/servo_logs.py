@@ -2,11 +2,14 @@
 and what another model leaves in a log."""
 
 import copy
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+
+import servo_forces
+from servo_forces import StepForce
 
 TICK = 2 * np.pi / 4096  # of the encoders [rad]
 NOISE = TICK / 12**0.5  # that rounding makes [rad]
@@ -37,6 +40,7 @@ class Arm:
     joints: list[Joint]
     payload: float = 0.0  # [kg]
     delay: float = 0.0  # of the commands [s]
+    forces: list[StepForce] = field(default_factory=list)  # which no MJCF holds
 
     def xml(self, integrator: str = "implicitfast", step: float = STEP, solver: str = "") -> str:
         """solver: further attributes of each joint."""
@@ -131,7 +135,44 @@ OF_JOINTS: dict[str, Callable[[Joint, np.random.Generator], None]] = {
     "rotor_inertia": _scaled("armature", (2.5, 5.0)),
     "coulomb_friction": _more_friction,
 }
-KINDS = (*OF_JOINTS, "torque_limit", "joint_delay", "payload", "link_mass")
+IN_MJCF = (*OF_JOINTS, "torque_limit", "joint_delay", "payload", "link_mass")  # the delay apart
+
+
+def _dead_band(k: int, joint: Joint, random: np.random.Generator) -> StepForce:
+    return servo_forces.dead_band(k, random.uniform(0.012, 0.03))
+
+
+def _drag(k: int, joint: Joint, random: np.random.Generator) -> StepForce:
+    return servo_forces.quadratic_drag(k, joint.stiffness * random.uniform(0.02, 0.05))
+
+
+def _angle_friction(k: int, joint: Joint, random: np.random.Generator) -> StepForce:
+    amplitude, cycles = joint.stiffness * random.uniform(0.012, 0.03), random.uniform(2.0, 6.0)
+    return servo_forces.angle_friction(k, amplitude, cycles, random.uniform(-np.pi, np.pi))
+
+
+def _load_friction(k: int, joint: Joint, random: np.random.Generator) -> StepForce:
+    return servo_forces.load_friction(k, random.uniform(0.25, 0.5))
+
+
+def _fading(k: int, joint: Joint, random: np.random.Generator) -> StepForce:
+    return servo_forces.fading_servo(k, random.uniform(0.4, 0.7), random.uniform(10.0, 30.0))
+
+
+def _beating(k: int, joint: Joint, random: np.random.Generator) -> StepForce:
+    return servo_forces.beating_torque(k, joint.stiffness * random.uniform(0.02, 0.05), random.uniform(1.5, 4.0))
+
+
+# Effects that MuJoCo is given step by step, by their id; and what no effect of the catalogue describes.
+BY_STEPS: dict[str, Callable[[int, Joint, np.random.Generator], StepForce]] = {
+    "servo_dead_band": _dead_band,
+    "quadratic_drag": _drag,
+    "angle_friction": _angle_friction,
+    "load_friction": _load_friction,
+}
+OUTSIDE = {"fading_servo": _fading, "beating_torque": _beating}
+HEAVY = ("link_mass", "torque_limit", "load_friction", "fading_servo")  # on joints that bear weight
+KINDS = (*IN_MJCF, *BY_STEPS)
 
 
 def with_effect(
@@ -146,12 +187,14 @@ def with_effect(
         out.payload = random.uniform(0.15, 0.4) * sum(j.mass for j in arm.joints[1:])
         return out, Effect(kind, "tool")
     heavy = [k for k, j in enumerate(arm.joints) if k and j.axis == "y"]
-    k = int(random.choice(heavy)) if kind in ("link_mass", "torque_limit") else int(random.integers(len(arm.joints)))
+    k = int(random.choice(heavy)) if kind in HEAVY else int(random.integers(len(arm.joints)))
     joint = out.joints[k]
-    if kind == "link_mass":
+    if kind in BY_STEPS or kind in OUTSIDE:
+        out.forces.append((BY_STEPS | OUTSIDE)[kind](k, joint, random))
+    elif kind == "link_mass":
         joint.mass *= random.uniform(1.5, 2.2)
     elif kind == "torque_limit":
-        torque = simulated_log(arm.xml(), command, rate).torque[:, k]
+        torque = simulated_log(arm.xml(), command, rate, forces=arm.forces).torque[:, k]
         joint.limit = float(np.abs(torque).max()) * random.uniform(0.5, 0.75)
     else:
         OF_JOINTS[kind](joint, random)
@@ -201,18 +244,20 @@ class Log:
         return out
 
 
-def simulated_log(xml: str, command: np.ndarray, rate: float, delay: float = 0.0) -> Log:
+def simulated_log(
+    xml: str, command: np.ndarray, rate: float, delay: float = 0.0, forces: Sequence[StepForce] = ()
+) -> Log:
     """The arm under commands that hold between their rows, as MuJoCo steps it."""
     import mujoco
 
-    model = mujoco.MjModel.from_xml_string(xml)
+    model, stated = (mujoco.MjModel.from_xml_string(xml) for _ in (0, 1))
     data = mujoco.MjData(model)
     h = model.opt.timestep
     settle, steps = round(1.5 / h), round(len(command) / rate / h)
     data.qpos[:] = command[0]
-    data.ctrl[:] = command[0]
     for _ in range(settle):
-        mujoco.mj_step(model, data)
+        data.ctrl[:] = command[0]
+        servo_forces.step(model, data, stated, forces)
     every = round(1 / rate / h)
     q, torque = [], []
     for k in range(steps):
@@ -220,7 +265,7 @@ def simulated_log(xml: str, command: np.ndarray, rate: float, delay: float = 0.0
         data.ctrl[:] = command[min(max(row, 0), len(command) - 1)]
         if k % every == 0:
             q.append(data.qpos.copy())
-        mujoco.mj_step(model, data)
+        servo_forces.step(model, data, stated, forces)
         if k % every == 0:
             torque.append(data.actuator_force.copy())
     names = [model.joint(k).name for k in range(model.njnt)]
