@@ -27,6 +27,7 @@ ALLOWED: dict[str, tuple[str, set[str]]] = {
     "bindings/kr5/logs/kind_guess.py": (LOGS, {"WRENCH"}),
     "bindings/kr5/logs/log.py": (LOGS, {"MOTOR_ON", "SECONDS", "TIME"}),
     "bindings/kr5/logs/log_file.py": (LOGS, {"BLANKS_AND_DECIMAL_COMMAS", "DATE", "LIST", "_commented_names"}),
+    "bindings/kr5/logs/map_file.py": ("components of a vector of a log that users type: `qpos[7:13]`", {"COMPONENTS"}),
     "bindings/kr5/logs/map_guess.py": (LOGS, {"_refuse_unknown"}),
     "bindings/kr5/models/isaac_actuators.py": (
         "names of joints, which Isaac Lab takes as regular expressions",
