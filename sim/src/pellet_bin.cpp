@@ -88,10 +88,9 @@ class Pour {
 };
 
 void run_to_rest(PileDynamics& pile, double end, const std::function<void(double)>& tell) {
-  constexpr double free_motion = 1.0;  // after which damping begins to grow [s]
   const double start = pile.time();
   for (int k = 0; !pile.at_rest() && pile.time() < end; ++k) {
-    pile.damp(1.0 + 10.0 * std::max(0.0, pile.time() - start - free_motion));
+    pile.damp_since(start);
     pile.step();
     if (tell && k % 25 == 0) tell((pile.time() - start) / (end - start));
   }

@@ -23,6 +23,8 @@ constexpr double wake_speed = 1e-2;      // of a neighbour at which a sleeping b
 // Damping of pellets that roll on each other or on the bin; one in the air keeps its speed.
 constexpr double rolling_damping = 6.0;  // [1/s]
 constexpr double sliding_damping = 0.5;  // [1/s]
+constexpr double free_motion = 1.0;      // after which damping begins to grow [s]
+constexpr double damping_growth = 10.0;  // [1/s]
 
 double clamped_change(double& sum, double change, double low, double high) {
   const double before = sum;
@@ -253,6 +255,10 @@ void PileDynamics::move(double h) {
     deltas_[i].shift += h * bodies_[i].velocity;
     deltas_[i].turn += h * bodies_[i].spin;
   }
+}
+
+void PileDynamics::damp_since(double start) {
+  damping_ = 1.0 + damping_growth * std::max(0.0, time_ - start - free_motion);
 }
 
 void PileDynamics::step() {

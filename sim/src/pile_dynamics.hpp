@@ -93,8 +93,9 @@ class PileDynamics {
   /// Whether nothing is nearer than `margin` [m] to a body.
   bool alone(int body, double margin) const;
 
-  /// Multiplies the damping of pellets in contact, by which a pile that rattles on comes to rest.
-  void damp(double factor) { damping_ = factor; }
+  /// Multiplies the damping of pellets in contact the more, the longer a pile that was disturbed at `start` [s] rattles
+  /// on, so that it comes to rest.
+  void damp_since(double start);
 
   void step();
   bool at_rest() const;

@@ -192,8 +192,7 @@ void WorkCell::World::moved(double passed) {
 
 /// The pile until now; its clock stands while it lies still.
 void WorkCell::World::run_pile(double passed) {
-  constexpr double free_motion = 1.0;  // after which damping begins to grow [s]
-  pile.damp(1.0 + 10.0 * std::max(0.0, pile.time() - now.disturbed - free_motion));
+  pile.damp_since(now.disturbed);
   for (now.pile_due += passed; now.pile_due >= 0.5 * options.pile.step; now.pile_due -= options.pile.step) {
     if (now.gripper.in_pile) hold_in_pile();
     pile.step();

@@ -11,6 +11,7 @@
 #include <kr5/arm_log/measured_positions.hpp>
 #include <kr5/core/error.hpp>
 #include <kr5/core/statistics.hpp>
+#include <kr5/predict/fast_simulator.hpp>
 
 namespace kr5::arm_log {
 
@@ -35,7 +36,6 @@ constexpr Index fewest_split_rows = 10;  // of a part
 constexpr Index most_thinning = 2;       // by which a part has fewer rows than its motion needs
 constexpr Index stretches = 10;          // of a part that is too long
 constexpr Index most_judged_rows = 50000;
-constexpr double longest_step = 0.005;   // of a simulation step by step [s]
 constexpr double stretch_length = 10.0;  // of an arm that is simulated so [s]
 constexpr double stretch_lead_in = 2.0;  // before each of them [s]
 constexpr double most_steps_to_fit = 16000, most_steps_to_check = 8000;
@@ -242,7 +242,7 @@ std::vector<MotionSpan> stretches_of(const Piece& piece, const LoggedMotion& log
 
 double simulated_steps(const Piece& piece, const LoggedMotion& log) {
   const double rows = static_cast<double>(piece.rows.size());
-  return std::max(rows, (log.t[piece.rows.last - 1] - log.t[piece.rows.first]) / longest_step);
+  return std::max(rows, (log.t[piece.rows.last - 1] - log.t[piece.rows.first]) / predict::servo_arm_step);
 }
 
 /// Rows of a part after its lead-in.

@@ -14,6 +14,7 @@
 #include <kr5/physics/effective_arm.hpp>
 #include <kr5/physics/effective_drives.hpp>
 #include <kr5/physics/torque_servo.hpp>
+#include <kr5/predict/fast_simulator.hpp>
 
 namespace kr5::predict {
 
@@ -23,7 +24,6 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double longest_step = 0.005;   // [s]
 constexpr double shortest_step = 0.002;  // [s]
 constexpr double angle_per_step = 0.5;   // of the fastest oscillation of a joint on its servo, in a step [rad]
 constexpr int most_settling_passes = 4;  // in which limits and dead bands of a step settle
@@ -199,7 +199,7 @@ class ServoArm {
 
   /// The longest step that follows the joints on their servos: how they swing, or creep where damping is strong [s].
   double step() const {
-    double out = longest_step;
+    double out = servo_arm_step;
     for (std::size_t i = 0; i < servos_.size(); ++i) {
       const auto k = static_cast<Index>(i);
       const double rate = std::sqrt(std::max(servos_[i].stiffness, 1e-12) / M_(k, k));

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include <kr5/core/error.hpp>
+#include <kr5/rsi/cycles.hpp>
 #include <kr5/rsi/layout_file.hpp>
 
 #include "rsi/krl_program.hpp"
@@ -26,7 +27,8 @@ bool is_krl_name(const std::string& name) {
 
 void check_cycle(const TelegramLayout& layout, const ProgramOptions& options) {
   if (!options.cycle) return;
-  const bool slow = std::abs(*options.cycle - 0.012) < 1e-6, quick = std::abs(*options.cycle - 0.004) < 1e-6;
+  const auto is = [&](double cycle) { return std::abs(*options.cycle - cycle) < 1e-6; };
+  const bool slow = is(krc2_cycle), quick = is(short_cycle);
   require(slow || (quick && layout.controller != Controller::Krc2),
           "cycle: a KR C2 has 12 ms, the other controllers have 4 or 12 ms [s]");
 }

@@ -29,7 +29,7 @@ void ControllerRules::validate() const {
 ControllerRules usual_rules(Controller controller) {
   ControllerRules out;
   if (controller != Controller::Krc2) return out;
-  out.cycle = 0.012;
+  out.cycle = krc2_cycle;
   out.answer_time = 0.010;
   out.max_late = 10;
   out.max_late_share = 0.1;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <utility>
 
+#include <kr5/rsi/cycles.hpp>
+
 #include "rsi/number_text.hpp"
 #include "rsi/wire_units.hpp"
 
@@ -87,7 +89,7 @@ std::string path_object(const TelegramLayout& layout, std::vector<std::string>& 
 }  // namespace
 
 std::string krl_program(const TelegramLayout& layout, const ProgramOptions& options) {
-  const double cycle = options.cycle.value_or(0.004);
+  const double cycle = options.cycle.value_or(short_cycle);
   std::string out = head(options) + "DECL INT ret\n";
   const bool iiqka = layout.controller == Controller::Iiqka;
   if (!iiqka) out += "DECL INT CONTID\n";

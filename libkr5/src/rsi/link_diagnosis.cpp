@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include <kr5/core/error.hpp>
+#include <kr5/rsi/cycles.hpp>
 
 #include "rsi/answer_findings.hpp"
 #include "rsi/arrival_findings.hpp"
@@ -48,7 +49,7 @@ void DiagnosisOptions::validate() const {
 }
 
 double DiagnosisOptions::cycle_of(Controller controller) const noexcept {
-  return cycle.value_or(controller == Controller::Krc2 ? 0.012 : 0.004);
+  return cycle.value_or(controller == Controller::Krc2 ? krc2_cycle : short_cycle);
 }
 
 LinkDiagnosis examine_link(const LinkObservations& observations, const TelegramLayout& layout,

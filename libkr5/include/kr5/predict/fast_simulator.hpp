@@ -9,6 +9,9 @@ namespace kr5::predict {
 
 class MotionCache;
 
+/// The longest step in which an arm is moved by torque servos; stiff servos ask for shorter ones [s].
+inline constexpr double servo_arm_step = 0.005;
+
 /// The fast grade of a simulator: inverse dynamics on the response of the servos, closed-form contact, projection. All
 /// effects of the catalogue act as the documentation of the formats states (kr5/cell/effects.hpp lists them).
 ///

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include <kr5/core/fields.hpp>
+#include <kr5/rsi/cycles.hpp>
 #include <kr5/rsi/telegram_layout.hpp>
 
 /// @file
@@ -23,7 +24,7 @@ constexpr auto enum_names(LimitAction) {
 }
 
 struct ControllerRules {
-  double cycle = 0.004;        ///< [s]
+  double cycle = short_cycle;  ///< [s]
   double answer_time = 0.004;  ///< [s]
   int max_late = 100;
   std::optional<double> max_late_share = {};  ///< [-]

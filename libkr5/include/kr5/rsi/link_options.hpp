@@ -5,6 +5,7 @@
 #include <string>
 
 #include <kr5/rsi/correction_limits.hpp>
+#include <kr5/rsi/cycles.hpp>
 #include <kr5/rsi/duration_histogram.hpp>
 #include <kr5/rsi/real_time.hpp>
 
@@ -22,7 +23,7 @@ constexpr auto enum_names(Reconnect) {
 struct LinkOptions {
   robot::CommandMode mode = robot::CommandMode::Absolute;
   robot::CommandFrame frame = robot::CommandFrame::Base;
-  double cycle = 0.004;                 ///< [s]
+  double cycle = short_cycle;           ///< [s]
   std::optional<double> deadline = {};  ///< [s]
   double silence = 0.5;                 ///< [s]
   Reconnect reconnect = Reconnect::Hold;
