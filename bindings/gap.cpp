@@ -8,6 +8,7 @@
 #include <kr5/gap/effect_fit.hpp>
 #include <kr5/gap/joint_fit.hpp>
 #include <kr5/gap/measure.hpp>
+#include <kr5/gap/model_doubts.hpp>
 #include <kr5/gap/notes.hpp>
 #include <kr5/gap/plan.hpp>
 #include <kr5/gap/sentences.hpp>
@@ -358,6 +359,15 @@ void bind_evidence(py::module_& m) {
       "at which the effect is off [-]; None where none is known. `effect`: EffectName or its text.");
 }
 
+void bind_model_doubts(py::module_& m) {
+  bind_enum<ModelDoubtKind>(m, "ModelDoubtKind", "What of a model is doubted: mass | size | zero.");
+  bind_struct<ModelDoubt>(m, "ModelDoubt", "A cause that is larger than the errors of a model usually are.");
+  m.def(
+      "model_doubts", &model_doubts, py::arg("found"), py::arg("cell"),
+      "Causes on joints whose sizes are beyond what is usual by two standard deviations, so that the model may be of\n"
+      "another robot, or the log count from another zero: list of ModelDoubt. `cell`: without the causes.");
+}
+
 void bind_effect_fits(py::module_& m) {
   bind_struct<EffectFitOptions>(m, "EffectFitOptions", "Options of fit_effects and fit_best_effects.");
   bind_struct<EffectFit>(m, "EffectFit",
@@ -468,6 +478,7 @@ void bind_gap(py::module_& m) {
   bind_joint_fit(m);
   bind_residuals(m);
   bind_evidence(m);
+  bind_model_doubts(m);
   bind_effect_fits(m);
   bind_plan(m);
   bind_struct<ColumnGap>(m, "ColumnGap", "Gap of one column of one experiment.");

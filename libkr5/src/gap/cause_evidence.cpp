@@ -10,6 +10,7 @@
 #include <kr5/cell/effect.hpp>
 #include <kr5/core/error.hpp>
 
+#include "gap/nominal_parameter.hpp"
 #include "gap/reporting/residual_owner.hpp"
 
 namespace kr5::gap {
@@ -101,15 +102,6 @@ std::vector<ExperimentEvidence> experiment_evidence(const cell::Recording& recor
   return out;
 }
 
-/// Discrete choice of an effect; 0 where it has none.
-int choice_of(const cell::Effect& row, const std::vector<ParameterEstimate>& parameters) {
-  for (const cell::EffectParameter& known : row.parameters)
-    if (known.coordinate == cell::CoordinateKind::Choice)
-      for (const ParameterEstimate& p : parameters)
-        if (p.name == known.name && !p.value.empty()) return static_cast<int>(p.value[0]);
-  return 0;
-}
-
 /// Numbers of a parameter from its off value, one for each standard deviation; none of a pose that the cell lacks.
 Eigen::VectorXd from_off(const ParameterEstimate& p, const std::optional<cell::EffectValue>& off) {
   const Eigen::VectorXd value = Eigen::Map<const Eigen::VectorXd>(p.value.data(), std::ssize(p.value));
@@ -172,8 +164,7 @@ std::optional<double> deviations_from_off(const cell::Cell& cell, const EffectNa
     const auto known = std::find_if(row.parameters.begin(), row.parameters.end(),
                                     [&](const cell::EffectParameter& of) { return of.name == p.name; });
     if (known != row.parameters.end() && !known->measures_size()) continue;
-    const Eigen::VectorXd off =
-        from_off(p, cell::nominal_value(cell, effect.effect, effect.target, p.name, choice_of(row, parameters)));
+    const Eigen::VectorXd off = from_off(p, nominal_parameter(cell, effect, parameters, p.name));
     for (Eigen::Index k = 0; k < off.size() && k < std::ssize(p.std); ++k)
       if (const double std = p.std[static_cast<std::size_t>(k)]; std > 0)
         most = std::max(most.value_or(0.0), std::abs(off[k]) / std);
