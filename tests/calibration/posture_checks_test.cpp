@@ -171,7 +171,7 @@ TEST_CASE("places that have nothing to do with the joint values are told") {
     CHECK(explanations(found) == 1);
     CHECK(found.unrelated->first == 0);
     CHECK(found.unrelated->last == 59);
-    CHECK(found.unrelated->scatter == Approx(0.5 * std::sqrt(3.0)).epsilon(0.3));
+    CHECK(found.unrelated->spread == Approx(0.5 * std::sqrt(3.0)).epsilon(0.3));
   }
 }
 
@@ -204,7 +204,7 @@ TEST_CASE("few places, places alike and postures alike give no number that is no
   for (ArmPosture& p : rows) p.points = Eigen::Vector3d(1, 2, 3);
   const PostureFindings frozen = check_postures(w.nominal, rows);
   REQUIRE(frozen.unrelated);
-  CHECK(frozen.unrelated->scatter == 0.0);
+  CHECK(frozen.unrelated->spread == 0.0);
   CHECK(std::isfinite(frozen.misfit));
   rows = w.postures;
   for (ArmPosture& p : rows) p.q = rows.front().q;
