@@ -28,7 +28,10 @@ class Answer:
     @property
     def refusal(self) -> str:
         """The last line that it said, where it gave no answer."""
-        return "" if self.code == 0 else self.said.strip().splitlines()[-1][:200]
+        if self.code == 0:
+            return ""
+        said = self.said.strip()
+        return said.splitlines()[-1][:200] if said else f"ended with code {self.code}, without a word"
 
 
 def run_gap(command: str, folder: Path, *words: Any) -> Answer:

@@ -182,7 +182,7 @@ def with_effect(
     out = copy.deepcopy(arm)
     if kind == "joint_delay":
         out.delay = random.uniform(0.03, 0.08)
-        return out, Effect(kind, "servo")
+        return out, Effect(kind, "drives")
     if kind == "payload":
         out.payload = random.uniform(0.15, 0.4) * sum(j.mass for j in arm.joints[1:])
         return out, Effect(kind, "tool")
