@@ -2,13 +2,16 @@
 
 import json
 
+import kr5.cell
 import numpy as np
 import pytest
+from kr5.models.reading import read_model
 
 from arm_logs import case_logs  # noqa: F401  puts the benches on the path
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed: pip install 'kr5[mujoco]'")
 
+import gap_command
 import published_servo
 import servo_forces
 import servo_logs
@@ -88,13 +91,39 @@ def test_the_so101_is_diagnosed_from_two_models_that_disagree(reference, tmp_pat
     folder = reference / servos_public.SO101
     if not folder.is_dir():
         pytest.skip(f"no public data: {folder}")
-    from kr5.models.reading import read_model
-
     gains = []
     for text in servos_public.nominal_models(folder).values():
         (tmp_path / "arm.xml").write_text(text)
         gains.append(read_model(tmp_path / "arm.xml").cell.servo.torque_of(0).stiffness)
     assert gains == [998.22, 17.8]
+
+
+def test_the_so101_is_judged_by_the_motions_that_were_kept(reference, monkeypatch):
+    """A diagnosis that ends, from either model, at the one of 17.8 N m/rad with a softer servo."""
+    folder = reference / servos_public.SO101
+    if not folder.is_dir():
+        pytest.skip(f"no public data: {folder}")
+    asked = []
+
+    def answered(command, place, *words):
+        asked.append(words)
+        text = servos_public.nominal_models(folder)["kp 17.8"]
+        (place / "tuned.xml").write_text(text)
+        kr5.cell.save_cell(read_model(place / "tuned.xml").cell, place / "tuned.yaml")
+        named = ("servo_stiffness", "stiffness", 17.8), ("coulomb_friction", "coulomb", 0.052)
+        causes = [
+            {"effect": e, "target": "joint2", "parameters": {p: {"value": v, "std": 0.1 * v}}} for e, p, v in named
+        ]
+        return gap_command.Answer(0, {"verdict": "explained", "causes": causes}, "", 1.0, 0.5)
+
+    monkeypatch.setattr(servos_public, "run_gap", answered)
+    rows = servos_public.so101_rows(folder, 3)
+    assert all(words[words.index("--check") + 1] == "backlash_detection,chirp_sweep" for words in asked)
+    *errors, agreement = rows
+    assert len(errors) == 4 and agreement.reached and agreement.ours == "12 of 12"
+    for error, causes in zip(errors[::2], errors[1::2], strict=True):
+        assert causes.reached and not error.reached  # no better than the better nominal model, which it is
+        assert " 1.00 times lower" in error.ours
 
 
 def test_motors_that_are_off_are_no_part_of_the_published_models(tmp_path):
