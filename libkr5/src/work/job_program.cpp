@@ -11,6 +11,7 @@ namespace kr5::work {
 bool JobProgram::begin(const WorkOptions& options, job::RestartMeasurements seen) {
   ring.begin_after(journal.last_number());
   seen.reading = cell.read();
+  service.begin(seen.reading);
   decision = job::decide_restart(journal.belief(), seen, restart_options(options));
   if (decision.status == job::RestartStatus::Fresh || decision.status == job::RestartStatus::Continue)
     cycle.emplace(options, decision, cell.believed(), ring);

@@ -21,11 +21,13 @@ class JobService {
   JobService(SharedCell& cell, const WorkOptions& options)
       : perception_(cell, options), rows_(cell.believed().robot.joints()) {}
 
+  /// What the robot tells before the first cycle.
+  void begin(const robot::RobotReading& reading) noexcept { reading_ = reading; }
   /// What has come up since the last call; a look takes as long as it takes.
   void serve(JobCycle& cycle);
   /// State in the last cycle.
   const job::JobState& state() const noexcept { return state_; }
-  /// What the robot told in that cycle.
+  /// What the robot told in that cycle, or before the first one.
   const robot::RobotReading& reading() const noexcept { return reading_; }
   const CellPerception& perception() const noexcept { return perception_; }
   /// What there is so far. @param cycle None where the job cannot go on; no other thread steps it or writes the

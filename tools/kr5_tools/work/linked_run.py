@@ -63,9 +63,8 @@ def work(
                 linked_job.serve()
                 state = linked_job.state
                 bar.update(task, completed=state.inserted, description=f"{words(state.phase)}, pellet {state.pellet}")
-                reading = linked_job.reading
-                if live and len(reading.joints):  # none before the first cycle was served
-                    live.show(state, reading)
+                if live:
+                    live.show(state, linked_job.reading)
                 if file is not None and linked_job.written != written:
                     written = linked_job.written
                     linked_job.cell_state().save(state_file(file))
