@@ -199,8 +199,7 @@ void add_members(const py::object& cls, const Fields& fields, void* (*pointer)(c
   members.function(
       "fields", [=] { return describe(pointer(type()), *all); }, "() -> list",
       "Of every field name, type, default, doc with its unit and its meaning apart, choices, and of which fields it is "
-      "the "
-      "covariance.");
+      "the covariance.");
 }
 
 }  // namespace kr5::python

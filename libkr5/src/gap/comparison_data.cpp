@@ -236,12 +236,8 @@ Sum sum_of(const ComparisonData& data, const Eigen::VectorXd& counted, const Blo
 
 Sum sum_of(const ComparisonData& data, const Eigen::VectorXd& counted, cell::Split split) {
   Sum sum;
-  for (const Block& block : data.blocks) {
-    if (block.split != split) continue;
-    const Sum own = sum_of(data, counted, block);
-    sum.chi2 += own.chi2;
-    sum.samples += own.samples;
-  }
+  for (const Block& block : data.blocks)
+    if (block.split == split) sum += sum_of(data, counted, block);
   return sum;
 }
 

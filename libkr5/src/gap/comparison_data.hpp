@@ -117,6 +117,12 @@ Eigen::VectorXd counted_residual(const ComparisonData& data, const Eigen::Vector
 struct Sum {
   double chi2 = 0.0;
   double samples = 0.0;
+
+  Sum& operator+=(const Sum& more) {
+    chi2 += more.chi2;
+    samples += more.samples;
+    return *this;
+  }
 };
 Sum sum_of(const ComparisonData& data, const Eigen::VectorXd& counted, const Block& block);
 /// Over the blocks of a split.

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <kr5/core/parallel.hpp>
 #include <kr5/gap/effect_fit.hpp>
 
 #include <algorithm>
@@ -10,6 +9,7 @@
 
 #include <kr5/cell/effect.hpp>
 #include <kr5/core/error.hpp>
+#include <kr5/core/parallel.hpp>
 
 #include "gap/fitting/posterior.hpp"
 #include "gap/reporting/gap_breakdown.hpp"

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <kr5/core/parallel.hpp>
 #include <kr5/gap/joint_fit.hpp>
 
 #include <algorithm>
@@ -13,6 +12,7 @@
 
 #include <kr5/cell/effect.hpp>
 #include <kr5/core/error.hpp>
+#include <kr5/core/parallel.hpp>
 
 #include "gap/fitting/fit.hpp"
 #include "gap/fitting/posterior.hpp"
@@ -50,13 +50,9 @@ struct JointData {
   double set_noise(const VectorXd& residual) {
     const VectorXd counted = counted_residual(data, residual);
     std::map<std::string, Sum> fitted;  // of each column
-    for (const Block& block : data.blocks) {
-      if (block.split != cell::Split::Fit) continue;
-      Sum& all = fitted[column_name(block.kind, block.column)];
-      const Sum own = sum_of(data, counted, block);
-      all.chi2 += own.chi2;
-      all.samples += own.samples;
-    }
+    for (const Block& block : data.blocks)
+      if (block.split == cell::Split::Fit)
+        fitted[column_name(block.kind, block.column)] += sum_of(data, counted, block);
     double least = 1.0;
     for (Block& block : data.blocks) {
       const bool to_fit = block.split == cell::Split::Fit;

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <kr5/core/parallel.hpp>
 #include <kr5/gap/plan.hpp>
 
 #include <algorithm>
@@ -9,6 +8,7 @@
 #include <numeric>
 
 #include <kr5/core/error.hpp>
+#include <kr5/core/parallel.hpp>
 
 #include "gap/planning/experiment_scorer.hpp"
 
