@@ -90,7 +90,10 @@ bool vary(const Eigen::RowVectorXd& values) { return values.size() > 0 && (value
 std::optional<double> misfit_of(const TagCorners& tags, int cols) {
   Matrix2Xd places(2, static_cast<Eigen::Index>(tags.size()));
   Eigen::Index k = 0;
-  for (const auto& [id, corners] : tags) places.col(k++) << id % cols, id / cols;
+  for (const auto& [id, corners] : tags) {
+    const int row = id / cols;
+    places.col(k++) << id % cols, row;
+  }
   if (!vary(places.row(0)) || !vary(places.row(1))) return std::nullopt;
   const auto H = fit_homography(corners_of(tags, 0), places);
   if (!H) return std::nullopt;
