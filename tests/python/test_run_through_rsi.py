@@ -73,7 +73,7 @@ def test_a_job_through_sockets_is_stopped_by_a_person(given, tmp_path):
         shown.append(reading)
         linked_job.stop_by_operator()
 
-    done = linked_run.work(linked_job, cell, 1, tmp_path / "job.db", SimpleNamespace(show=show))
+    done = linked_run.work(linked_job, 1, tmp_path / "job.db", SimpleNamespace(show=show))
     assert shown and all(len(reading.joints) == 6 for reading in shown)
     assert done.job.state.stop == job.StopReason.Operator
     assert job_cell.state_file(tmp_path / "job.db").is_file()

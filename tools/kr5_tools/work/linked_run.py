@@ -12,7 +12,8 @@ from kr5 import rsi
 
 from kr5_tools.cli import tables, terminal
 from kr5_tools.rsi.timing_table import TIMING_COLUMNS, timing_rows
-from kr5_tools.work.job_cell import JobSetup, state_file, work_cell_options
+from kr5_tools.work.job_cell import JobSetup, work_cell_options
+from kr5_tools.work.job_loop import StateFile, follow_job
 from kr5_tools.work.live_view import LiveView
 from kr5_tools.work.remedies import words
 
@@ -48,36 +49,25 @@ def make_options(
 
 
 def work(
-    linked_job: kr5.work.LinkedJob,
-    cell: kr5.sim.WorkCell,
-    pellets: int,
-    file: Path | None,
-    live: LiveView | None = None,
+    linked_job: kr5.work.LinkedJob, pellets: int, file: Path | None, live: LiveView | None = None
 ) -> kr5.work.LinkedRun:
     """Until the job ends, or the program; the state of the cell follows the records within milliseconds."""
-    written = -1
-    with terminal.progress_bar() as bar:
-        task = bar.add_task("", total=pellets)
-        try:
-            while not linked_job.finished:
-                linked_job.serve()
-                state = linked_job.state
-                bar.update(task, completed=state.inserted, description=f"{words(state.phase)}, pellet {state.pellet}")
-                if live:
-                    live.show(state, linked_job.reading)
-                if file is not None and linked_job.written != written:
-                    written = linked_job.written
-                    linked_job.cell_state().save(state_file(file))
-                time.sleep(PAUSE)
-            return linked_job.run()  # until the arm stands
-        except KeyboardInterrupt:
-            linked_job.stop_by_operator()
-            linked_job.run()
-            raise
-        finally:
-            linked_job.end()
-            if file is not None:
-                cell.state().save(state_file(file))
+    state_of_cell = StateFile(file, lambda: linked_job.written, linked_job.cell_state)
+
+    def advance() -> None:
+        linked_job.serve()
+        time.sleep(PAUSE)
+
+    try:
+        follow_job(linked_job, advance, pellets, state_of_cell, live)
+        return linked_job.run()  # until the arm stands
+    except KeyboardInterrupt:
+        linked_job.stop_by_operator()
+        linked_job.run()
+        raise
+    finally:
+        linked_job.end()
+        state_of_cell.write()
 
 
 def print_link(done: kr5.work.LinkedRun, layout: rsi.TelegramLayout, to: "Console") -> None:

@@ -156,7 +156,7 @@ def run(
             linked_job = kr5.work.LinkedJob(cell, options, linked, journal, seen)
             tell_real_time(linked_job)
             _open(live if linked_job.runs else None, to)
-            link = linked_run.work(linked_job, cell, pellets, file, live)
+            link = linked_run.work(linked_job, pellets, file, live)
             done = link.job
         else:
             runner = kr5.work.JobRunner(cell, options, journal, seen)
