@@ -189,7 +189,7 @@ def test_every_command_is_attacked_with_damaged_files(monkeypatch):
 
 
 def test_a_group_without_help_is_named(monkeypatch):
-    monkeypatch.setitem(command_line.COMMANDS, "measure", {"gap": ("gap.command", "Gap.")})
+    monkeypatch.setitem(command_line.COMMANDS, "measure", {"gap": command_line.Entry("gap.command", "Gap.")})
     with pytest.raises(ValueError, match="'measure' has no entry in GROUP_HELP"):
         command_line.make_app()
 
@@ -225,7 +225,7 @@ class Unwritable:
 
 @pytest.mark.parametrize(
     "text, complaint",
-    [("{", "is not valid JSON"), ('{"format": "x"}', "format: found 'x', expected one of"), ("[]", "format")],
+    [("{", "is not valid JSON"), ('{"format": "x"}', "format: found 'x', expected that of a result"), ("[]", "format")],
 )
 def test_what_is_no_result_file_is_named(tmp_path, text, complaint):
     file = tmp_path / "r.json"

@@ -98,3 +98,15 @@ def test_a_high_cut_off_does_not_make_two_clocks_of_one(reference):
     for cutoff in (0.0, 20.0, 40.0):
         found = identification.check_log(log, identification.ConditioningOptions(cutoff=cutoff))
         assert not [f.text for f in found if str(f.severity) == "error"], cutoff
+
+
+DAMAGED = [
+    (
+        "identification",
+        "identify drives readings.csv --angle-unit deg --common-zero -o out.json",
+        "poses",
+        ("readings.csv",),
+        ("out.json",),
+        2,
+    )
+]

@@ -174,3 +174,8 @@ def test_temperatures_of_no_drive_are_refused_unless_accepted(tmp_path, case, ru
     assert done.returncode == 2
     assert "motor_temp_c: 999 to 999, expected -40 to 200 deg C" in " ".join(done.stderr.split())
     assert run_kr5(*words, "--accept", "temperature_range").returncode == 0
+
+
+DAMAGED = [
+    ("identification", "identify dynamics recording -o out.json", "recording", ("recording/*",), ("out.json",), 2)
+]

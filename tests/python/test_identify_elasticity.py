@@ -103,3 +103,13 @@ def result(folder):
 
 
 RESULTS = {"kr5-elasticity/1": result}
+
+DAMAGED = [
+    (
+        "identification",
+        "identify elasticity springs.csv --torque-noise 1 --cell cell.yaml --write-cell new.yaml -o out.json",
+        "poses",
+        ("springs.csv", "cell.yaml"),
+        ("out.json", "new.yaml"),
+    )
+]

@@ -94,3 +94,14 @@ def test_what_does_not_tell_a_load_is_refused(tmp_path, cases, run_kr5):
 
 
 RESULTS = {"kr5-payload/1": lambda _: ("identify", "payload", ROOT / "share/data/friction", "-o", "r.json")}
+
+DAMAGED = [
+    (
+        "identification",
+        "identify payload recording -o out.json --write-cell new.yaml",
+        "recording",
+        ("recording/*",),
+        ("out.json", "new.yaml"),
+        2,
+    )
+]

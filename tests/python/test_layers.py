@@ -9,7 +9,7 @@ import kr5
 import pytest
 
 import kr5_tools
-from kr5_tools.app import COMMANDS
+from kr5_tools.command_table import entries
 
 TOOLS = Path(kr5_tools.__file__).parent
 LIBRARY = Path(kr5.__file__).parent
@@ -27,8 +27,7 @@ TALKING = {
 @functools.cache
 def commands() -> set[str]:
     """Modules of commands: those of the table of the command, and what a group of it is made of."""
-    entries = [e for entry in COMMANDS.values() for e in (entry.values() if isinstance(entry, dict) else [entry])]
-    found = {f"kr5_tools.{module}" for module, _ in entries}
+    found = {f"kr5_tools.{entry.module}" for entry in entries()}
     for file in TOOLS.rglob("*.py"):
         if any(isinstance(n, ast.FunctionDef) and n.name == "add_to" for n in ast.parse(file.read_text()).body):
             found.add(module_of(file))

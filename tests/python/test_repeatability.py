@@ -162,3 +162,5 @@ def result(folder):
 
 
 RESULTS = {"kr5-repeatability/1": result}
+
+DAMAGED = [("repeatability", "repeatability returns.csv -o out.json", "poses", ("returns.csv",), ("out.json",), 2)]

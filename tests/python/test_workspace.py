@@ -110,3 +110,6 @@ def test_camera_and_hand_eye_of_images_go_into_a_cell(run_kr5, tmp_path, share):
     lens = json.loads((tmp_path / "c.json").read_text())["result"]["camera"]
     assert newer.fx == lens["fx"] and newer.pinhole().k2 == lens["k2"]
     assert np.allclose(newer.T_flange_camera, found.camera.T_flange_camera)
+
+
+DAMAGED = [("workspace", "workspace cell.yaml --samples 500 -o out.json", "poses", ("cell.yaml",), ("out.json",))]

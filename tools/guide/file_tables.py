@@ -4,11 +4,12 @@ import inspect
 from typing import Any
 
 import kr5.cell
-from kr5.files import result_models, results
+from kr5.files import result_models
 from kr5.logs import map_file
 
 import key_tables
 from guide_markdown import code, escape, table
+from kr5_tools.command_table import result_titles
 from kr5_tools.simulation import protocol_file
 
 JOINTS = 2  # of the arm in tables of columns: enough to see how they are numbered
@@ -63,14 +64,14 @@ def map_example() -> str:
 
 def formats_table() -> str:
     """Every format of a result, and of the other files."""
-    rows = [(code(name), escape(title)) for name, title in results.FORMATS.items()]
+    rows = [(code(name), escape(title)) for name, title in result_titles().items()]
     return table(("format", "holds"), rows)
 
 
 def results_tables() -> str:
     """Keys of every result that has keys of its own."""
     parts, done = [], set()
-    for name, title in results.FORMATS.items():
+    for name, title in result_titles().items():
         model = result_models.model_of(name)
         if model is result_models.ResultFile or model in done:
             continue

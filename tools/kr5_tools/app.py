@@ -19,74 +19,10 @@ from kr5_tools.cli.interruption import (
     stop_text,
     tell_when_stopped,
 )
+from kr5_tools.command_table import COMMANDS, GROUP_HELP, Entry
 
 PACKAGE = "kr5_tools"
 _said_stopped = False
-# The module of each command and what `kr5 --help` says of it. A module has `app`, a typer.Typer: with one command and
-# no callback it is that command, otherwise a group of commands.
-Entry = tuple[str, str]
-COMMANDS: dict[str, Entry | dict[str, Entry]] = {
-    "demo": ("demo", "Demonstration of the main commands on data with known truth."),
-    "cell": ("cell.command", "Cells and recordings: check, tables, drawings, URDF."),
-    "dataset": ("dataset.command", "Description of a folder of images and robot poses."),
-    "detect": ("targets.detect", "Detection of targets in images."),
-    "target": ("targets.command", "Targets to print, and their points."),
-    "render": ("targets.render", "Rendered image of targets with known truth."),
-    "calibrate": {
-        "camera": ("calibrate.camera", "Camera: lens and sensor, from images of a target."),
-        "hand-eye": ("calibrate.hand_eye", "Hand-eye: pose of the camera on the flange or in the base."),
-        "cell": ("calibrate.cell", "Camera, hand-eye, marker map, arm and line scanner in one solve."),
-        "tool": ("calibrate.tool", "Tool centre point in the flange frame."),
-        "kinematics": ("calibrate.kinematics", "Arm: DH parameters, from measured postures."),
-        "postures": ("calibrate.posture_plan", "Postures to measure for a calibration of the arm."),
-        "laser": ("calibrate.laser", "Line scanner on the flange, from profiles of a tip, spheres or planes."),
-        "laser-study": ("calibrate.laser_study", "Error of a scanner against stand-off and scanning speed."),
-        "map": ("calibrate.marker_map", "Marker map: poses of markers relative to each other."),
-        "timed": ("calibrate.timed", "Hand-eye from pose streams with two clocks."),
-    },
-    "identify": {
-        "axes": ("identify.axes", "Joint axes and DH parameters, from joints moved one at a time."),
-        "gravity": ("identify.gravity", "Gravity model from slow motions; current limits of passive compliance."),
-        "excitation": ("identify.excitation", "Exciting motion for the identification of an arm's dynamics."),
-        "drives": ("identify.drives", "Structure matrix, gear ratios and couplings, from encoders and joint angles."),
-        "elasticity": ("identify.elasticity", "Stiffness and play of the gears, from angles on both sides of them."),
-        "dynamics": ("identify.dynamics", "Dynamic parameters and friction, from a motion with currents or torques."),
-        "payload": ("identify.payload", "Load at the flange, from motions with it and without."),
-        "study": ("identify.study", "Noise study of the identification of joint axes: devices, noises, arcs."),
-        "servo": ("identify.servo", "Servo of the path correction or of joints, from a response."),
-        "servos": ("identify.servos", "Torque servos, friction and inertias of all joints, from commands."),
-        "contact": ("identify.contact", "Stiffness of a contact, and the force loop on it."),
-        "force-torque": ("identify.force_torque", "Force sensor and the tool below it."),
-    },
-    "bin": {
-        "empty": ("picking.empty", "Simulated bin emptied pick by pick, with a picture of every decision."),
-        "simulate": ("picking.simulate", "Simulated bin of cylinders with scan, picture and truth."),
-    },
-    "repeatability": ("repeatability.command", "Pose repeatability and accuracy after ISO 9283."),
-    "workspace": ("workspace.command", "Workspace of an arm: reach and manipulability."),
-    "record": ("simulation.record", "Recording of a simulated cell."),
-    "recording": ("recording.command", "Recordings from logs of a real cell."),
-    "job": ("work.command", "Jobs from bin to tube: state machine, journal, release of a stop."),
-    "insert": ("insertion.command", "Simulated insertion of a peg into a tube."),
-    "sweep": {
-        "insertion": ("sweep.command", "Insertions over tilts and clearances: success rates and times."),
-    },
-    "sensitivity": ("sensitivity.command", "Sensitivity of a model or an arm: Sobol's indices with intervals."),
-    "uncertainty": ("uncertainty.command", "Uncertainty through chains of poses, of camera, scanner and both fused."),
-    "pick": ("picking.pick", "Poses of the cylinders in a scanned bin, and the order to pick them."),
-    "run": ("work.run", "The job from bin to tube in a simulated cell, with journal and restart."),
-    "rsi": ("rsi.command", "KUKA controllers over the RobotSensorInterface."),
-    "scene": ("simulation.scene", "Scenes in DART with expected results."),
-    "gap": ("gap.command", "Gap between simulation and recording: measurement, causes, next experiment."),
-    "replay": ("simulation.replay", "Page with a recording or a protocol in 3D and its signals."),
-    "report": ("report.command", "Self-contained page of a result file."),
-}
-GROUP_HELP = {
-    "bin": "Simulated bins of cylinders.",
-    "calibrate": "Calibrations with uncertainty and verdict.",
-    "identify": "Identification of an arm: axes, dynamics, drives, servos, sensors and contacts.",
-    "sweep": "Many simulated runs over a grid of conditions.",
-}
 
 
 class CleanErrors(TyperGroup):
@@ -145,11 +81,10 @@ def _written_files() -> list[Path]:
 
 def _add(parent: typer.Typer, name: str, entry: Entry, load: bool) -> None:
     """Adds one command; unless it is to be loaded, a stand-in that has nothing but the help text."""
-    module, text = entry
     if not load:
-        parent.command(name, help=text)(lambda: None)
+        parent.command(name, help=entry.help)(lambda: None)
         return
-    app = importlib.import_module(f"{PACKAGE}.{module}").app
+    app = importlib.import_module(f"{PACKAGE}.{entry.module}").app
     for command in app.registered_commands:
         command.help = join_lines(command.help or command.callback.__doc__ or "")
     if len(app.registered_commands) == 1 and app.registered_callback is None and not app.registered_groups:
@@ -157,7 +92,7 @@ def _add(parent: typer.Typer, name: str, entry: Entry, load: bool) -> None:
         info.name = name
         parent.registered_commands.append(info)
     else:
-        parent.add_typer(app, name=name, help=text, no_args_is_help=True)
+        parent.add_typer(app, name=name, help=entry.help, no_args_is_help=True)
 
 
 def join_lines(text: str) -> str:
@@ -177,7 +112,7 @@ def make_app(wanted: tuple[str, ...] | None = None) -> typer.Typer:
     )
     app.callback()(_root)
     for name, entry in COMMANDS.items():
-        if isinstance(entry, tuple):
+        if isinstance(entry, Entry):
             _add(app, name, entry, wanted is None or wanted[:1] == (name,))
             continue
         if name not in GROUP_HELP:

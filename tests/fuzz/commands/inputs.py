@@ -2,6 +2,7 @@
 that read them.
 """
 
+import ast
 import json
 import shutil
 from collections.abc import Callable
@@ -101,7 +102,25 @@ def _result(group: str, name: str, weight: float = 1.0) -> Job:
     )
 
 
+def _told_by_tests() -> list[Job]:
+    """The DAMAGED of the tests of commands, of which each row is a job. They are read, not imported: tests need more
+    than this."""
+    jobs = []
+    for file in sorted((ROOT / "tests/python").glob("test_*.py")):
+        text = file.read_text("utf-8")
+        if "\nDAMAGED = " not in text:
+            continue
+        (value,) = (
+            node.value
+            for node in ast.parse(text, file).body
+            if isinstance(node, ast.Assign) and [t.id for t in node.targets if isinstance(t, ast.Name)] == ["DAMAGED"]
+        )
+        jobs += [Job(*row) for row in ast.literal_eval(value)]
+    return jobs
+
+
 JOBS = [
+    *_told_by_tests(),
     Job(
         "NPZ logs",
         "recording import log.npz --map array_map.yaml -o new --json out.json",
@@ -429,37 +448,6 @@ JOBS = [
         2,
     ),
     Job(
-        "identification",
-        "identify drives readings.csv --angle-unit deg --common-zero -o out.json",
-        "poses",
-        ("readings.csv",),
-        ("out.json",),
-        2,
-    ),
-    Job(
-        "identification",
-        "identify elasticity springs.csv --torque-noise 1 --cell cell.yaml --write-cell new.yaml -o out.json",
-        "poses",
-        ("springs.csv", "cell.yaml"),
-        ("out.json", "new.yaml"),
-    ),
-    Job(
-        "identification",
-        "identify dynamics recording -o out.json",
-        "recording",
-        ("recording/*",),
-        ("out.json",),
-        2,
-    ),
-    Job(
-        "identification",
-        "identify payload recording -o out.json --write-cell new.yaml",
-        "recording",
-        ("recording/*",),
-        ("out.json", "new.yaml"),
-        2,
-    ),
-    Job(
         "kinematics",
         "identify study --cell cell.yaml --device laser_tracker --arc 20 --noise 1 --samples 8 --trials 2 -o out.json",
         "poses",
@@ -497,7 +485,6 @@ JOBS = [
         ("moveit.json",),
         ("out.json",),
     ),
-    Job("repeatability", "repeatability returns.csv -o out.json", "poses", ("returns.csv",), ("out.json",), 2),
     Job(
         "gravity",
         "identify gravity cell.yaml slow.csv --max-speed 1 -o out.json",
@@ -514,7 +501,6 @@ JOBS = [
         ("cell.yaml", "zones.yaml"),
         ("out.csv", "out.json"),
     ),
-    Job("workspace", "workspace cell.yaml --samples 500 -o out.json", "poses", ("cell.yaml",), ("out.json",)),
     Job(
         "kinematics",
         "calibrate postures --cell cell.yaml --count 8 --draw 40 -o out.csv",

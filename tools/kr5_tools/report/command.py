@@ -90,9 +90,11 @@ def write_page_of(result: Path, output: Path, png: Path | None, recording: Path 
     """Writes the page of a result file or a protocol; returns the files of its plots."""
     from kr5.files import results
 
+    from kr5_tools.command_table import result_titles
+
     if result.suffix.lower() in (".yaml", ".yml"):
         return write_protocol_page(result, output, png)
-    data = results.read_result(result)
+    data = results.read_result(result, *result_titles())
     if data["format"] in ("kr5-gap/1", "kr5-gap/2"):
         from kr5_tools.gap_report.diagnosis_file import read_diagnosis
         from kr5_tools.gap_report.page import write_gap_report
@@ -159,8 +161,7 @@ def write_report(data: ResultData, source: Path, output: Path, png: Path | None 
 
 def make_page(data: ResultData, source: Path, drawn: list[Plot]) -> str:
     """The HTML of the page."""
-    from kr5.files import results
-
+    from kr5_tools.command_table import result_titles
     from kr5_tools.exports.page_items import page_items
     from kr5_tools.targets import detection_table
 
@@ -170,7 +171,7 @@ def make_page(data: ResultData, source: Path, drawn: list[Plot]) -> str:
     return render_page(
         "report.html",
         brand="kr5 report",
-        title=results.FORMATS[data["format"]],
+        title=result_titles()[data["format"]],
         data=data,
         source=source.name,
         plots=[embed_plot(p) for p in drawn if p.name != "frames"],
