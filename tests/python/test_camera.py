@@ -76,6 +76,14 @@ def test_load_camera_from_every_form(tmp_path):
     )
     same(camera_files.load_camera(file), **CAMERA)
     file.write_text(
+        "<?xml version='1.0'?>\n<opencv_storage><image_width>640</image_width><image_height>480</image_height>"
+        "<camera_matrix type_id='opencv-matrix'><rows>3</rows><cols>3</cols><dt>d</dt>"
+        f"<data>{K.replace(',', ' ')}</data></camera_matrix><distortion_coefficients type_id='opencv-matrix'>"
+        f"<rows>1</rows><cols>5</cols><dt>d</dt><data>{D.replace(',', ' ')}</data></distortion_coefficients>"
+        "</opencv_storage>"
+    )
+    same(camera_files.load_camera(file), **CAMERA)
+    file.write_text(
         "<root><camera><image_width>640</image_width><image_height>480</image_height><model>"
         "<type>perspectiveProjWithDistortion</type><px>540</px><py>540</py><u0>325</u0><v0>236</v0>"
         "<kud>-0.2</kud></model></camera></root>"

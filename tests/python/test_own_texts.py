@@ -12,8 +12,8 @@ LOGS = "names of columns, or values, of logs that others wrote"
 
 # File -> the foreign text that it takes apart, and the functions and constants that do.
 ALLOWED: dict[str, tuple[str, set[str]]] = {
-    "bindings/kr5/files/camera.py": ("YAML of OpenCV", {"_as_yaml"}),
     "bindings/kr5/files/documents.py": ("JSON and YAML that users write", {"", "_check_json_depth"}),
+    "bindings/kr5/files/opencv_storage.py": ("YAML of OpenCV", {"as_yaml"}),
     "bindings/kr5/logs/clock_guess.py": (LOGS, {"stated_unit"}),
     "bindings/kr5/logs/column_list.py": ("lists of columns that users type", {"PARTS", "RANGE", "UNIT"}),
     "bindings/kr5/logs/column_names.py": (
@@ -39,7 +39,10 @@ ALLOWED: dict[str, tuple[str, set[str]]] = {
     "bindings/kr5/models/writing.py": ("XML", {"_with_meshes_of"}),
     "bindings/kr5/tables/column_search.py": (LOGS, {"_of_family", "_of_stem"}),
     "bindings/kr5/tables/column_units.py": (LOGS, {"SUFFIX"}),
-    "tools/kr5_tools/calibrate/pose_pairs.py": ("names of columns of pairs that others wrote", {"NUMBERED"}),
+    "tools/kr5_tools/calibrate/opencv_pairs.py": (
+        "names of matrices that others wrote",
+        {"NUMBERED", "OF_CAMERA", "OF_ROBOT", "_forwards", "_joined", "_same_but_kind"},
+    ),
     "tools/kr5_tools/dataset/command.py": (
         "names of image files, YAML of other programs",
         {"_camera", "_family", "_hints", "_number"},

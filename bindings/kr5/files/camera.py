@@ -1,7 +1,6 @@
 """Reads a camera from any of the usual files."""
 
 import math
-import re
 import xml.etree.ElementTree as xml
 from collections.abc import Mapping
 from pathlib import Path
@@ -9,10 +8,11 @@ from typing import Any
 
 import kr5
 from kr5.files.documents import parse_json, parse_yaml, read_text
+from kr5.files.opencv_storage import as_yaml, parse_storage
 
 FORMS = (
     "a result of `kr5 calibrate camera`, a YAML with fx fy cx cy (and width, height, k1 ... p2), a cell.yaml, "
-    "ViSP's XML or an OpenCV/ROS camera YAML"
+    "ViSP's XML or a camera of OpenCV (YAML, XML, JSON) or ROS"
 )
 LENS = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")  # OpenCV's order, ours, and that of cell.yaml
 MAX_SIDE = 1_000_000  # of an image [px]
@@ -42,9 +42,13 @@ def load_camera(file: Path | str, size: tuple[int, int] | None = None, image: Pa
 
 
 def _fields(file: Path, text: str) -> dict[str, Any]:
-    if text.lstrip().startswith("<"):
+    data = parse_storage(text, file, FORMS)
+    if data is None and text.lstrip().startswith("<"):
         return _from_xml(file, text)
-    data = parse_json(text, file, FORMS) if text.lstrip().startswith("{") else parse_yaml(_as_yaml(text), file, FORMS)
+    if data is None:
+        data = (
+            parse_json(text, file, FORMS) if text.lstrip().startswith("{") else parse_yaml(as_yaml(text), file, FORMS)
+        )
     if not isinstance(data, dict):
         raise kr5.FileError(file, f"contains no camera; expected {FORMS}")
     if str(data.get("format", "")).startswith("kr5-camera/"):
@@ -57,12 +61,6 @@ def _fields(file: Path, text: str) -> dict[str, Any]:
         if names[0] in data:
             return _from_opencv(file, data, *names)
     return _from_cell(file, data["camera"]) if isinstance(data.get("camera"), dict) else dict(data)
-
-
-def _as_yaml(text: str) -> str:
-    """OpenCV's files begin with a directive that is no YAML, and write `key:value` without a blank."""
-    text = re.sub(r"^%YAML.*$", "", text, flags=re.MULTILINE)
-    return re.sub(r"^(\w+):(?=[^\s])", r"\1: ", text, flags=re.MULTILINE)
 
 
 def _from_cell(file: Path, camera: Mapping[str, object]) -> dict[str, Any]:

@@ -12,6 +12,9 @@ from kr5.tables.pose_columns import format_of_rows, rotation_form
 from kr5.tables.read_table import read_table
 from kr5.tables.roles import OPTIONAL_TIME, PoseRole, Units
 
+MAX_BYTES = 64 << 20
+BRACKETS = str.maketrans("[](),;", "      ")
+LAST_ROW = 1e-6  # what rounding may leave of 0 0 0 1
 FORMS = ("quaternion_xyzw", "rotation_vector", "rpy", "kuka_abc", "matrix")
 
 
@@ -41,6 +44,8 @@ def read_pose_list(
     in which a pose stands on several lines. strict: numbers that contradict the units are refused; guess_units: units
     that nothing states are found."""
     units = units or Units()
+    if columns is None and (matrices := _matrices(file)) is not None:
+        return _of_rows(file, matrices, "matrix", units, strict, guess_units)
     if file.suffix.lower().lstrip(".") not in TABLE_ENDINGS or _has_poses_over_lines(file):
         return _without_columns(file, units, convention, strict, guess_units)
     table = read_table(
@@ -55,6 +60,40 @@ def read_pose_list(
         [] if "t" not in table else [float(t) for t in table["t"]],
         table.notes,
     )
+
+
+def _matrices(file: Path) -> np.ndarray | None:
+    """N x 16 of a file of 4 x 4 matrices: an array of NumPy, or a text with a row of a matrix on each line; nothing for
+    any other."""
+    if not file.is_file() or file.stat().st_size > MAX_BYTES:
+        return None
+    if file.suffix.lower() == ".npy":
+        return _matrices_of_array(file)
+    if file.suffix.lower() not in (".txt", ".csv", ".dat", ".tsv"):
+        return None
+    text = file.read_text(encoding="utf-8-sig", errors="replace")
+    cells = (line.split("#")[0].translate(BRACKETS).split() for line in text.splitlines())
+    lines = [words for words in cells if words]
+    if len(lines) < 4 or len(lines) % 4 or any(len(words) != 4 for words in lines):
+        return None
+    try:
+        rows = np.array(lines, float)
+    except ValueError:
+        return None
+    return rows.reshape(-1, 16) if np.allclose(rows[3::4], [0, 0, 0, 1], atol=LAST_ROW) else None
+
+
+def _matrices_of_array(file: Path) -> np.ndarray | None:
+    try:
+        array = np.load(file, allow_pickle=False)
+    except (OSError, ValueError) as error:
+        raise kr5.FileError(file, f"is no array of NumPy that is read without pickles ({error})") from error
+    if array.ndim == 3 and array.shape[1:] in ((3, 4), (4, 4)):
+        array = array.reshape(len(array), -1)
+    if array.ndim != 2 or array.shape[1] not in (12, 16) or array.dtype.kind not in "fiu":
+        raise kr5.FileError(file, f"found an array of shape {array.shape}, expected N x 4 x 4, a matrix a pose")
+    last = np.tile([0.0, 0.0, 0.0, 1.0], (len(array), 1))
+    return np.asarray(array if array.shape[1] == 16 else np.hstack([array, last]), float)
 
 
 def _has_poses_over_lines(file: Path) -> bool:
@@ -80,7 +119,11 @@ def _without_columns(file: Path, units: Units, convention: str | None, strict: b
                 f"{file}: found six numbers a pose, whose rotation may be of several forms; specify it with"
                 " --convention (rotation_vector, rpy or kuka)"
             )
-        read_as = format_of_rows(str(file), rows, form, units.length, units.angle, strict, guess_units)
-        poses = list(calibration.to_poses(rows, read_as))
-        return PoseList(file, rows, read_as, poses, [f"{file.name}:{k + 1}" for k in range(len(rows))])
+        return _of_rows(file, rows, form, units, strict, guess_units)
     raise kr5.IoError(tried[0])
+
+
+def _of_rows(file: Path, rows: np.ndarray, form: str, units: Units, strict: bool, guess_units: bool) -> PoseList:
+    read_as = format_of_rows(str(file), rows, form, units.length, units.angle, strict, guess_units)
+    poses = list(calibration.to_poses(rows, read_as))
+    return PoseList(file, rows, read_as, poses, [f"{file.name}:{k + 1}" for k in range(len(rows))])

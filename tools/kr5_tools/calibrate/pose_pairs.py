@@ -1,6 +1,5 @@
 """Pairs of poses for a hand-eye calibration: a table, two files of poses, or what other programs save."""
 
-import re
 import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -12,17 +11,20 @@ import numpy as np
 import numpy.typing as npt
 from kr5 import calibration
 from kr5.files.documents import OpenDocument, PoseMatrix, parse_json, parse_yaml, read_text, validate_document
+from kr5.files.opencv_storage import parse_storage
 from kr5.logs.log_file import TABLE_ENDINGS
 from kr5.tables.options import TableOptions
 from kr5.tables.read_table import column_names
 from kr5.tables.roles import OPTIONAL_TIME, PoseRole
 from pydantic import AfterValidator, Field
 
+from kr5_tools.calibrate.opencv_pairs import pairs_of_storage
+
 EXPECTED = (
     "pairs of poses: a table with the columns robot_x … camera_x …, samples of MoveIt (effector_wrt_world,"
-    " object_wrt_sensor) or of easy_handeye (robot, tracking), or matrices of OpenCV (T1_0 …, T2_0 …)"
+    " object_wrt_sensor) or of easy_handeye (robot, tracking), or matrices of OpenCV in"
+    " YAML, XML or JSON (T1_0 …, T2_0 …; R_gripper2base, t_gripper2base …)"
 )
-NUMBERED = re.compile(r"(.*?)_?\d+")
 PREFIXES = (("robot_", "camera_"), ("flange_", "target_"))
 MOUNTS = {"eye_in_hand": "eye_in_hand", "eye_on_hand": "eye_in_hand", "eye_on_base": "eye_to_hand"}
 
@@ -78,10 +80,6 @@ class MoveItSample(OpenDocument):
 
 class MatrixPair(OpenDocument):
     pair: list[PoseMatrix] = Field(min_length=2, max_length=2, description="the robot's pose and the target's")
-
-
-class OpenCvMatrix(OpenDocument):
-    data: Matrix
 
 
 class EasySample(OpenDocument):
@@ -151,8 +149,9 @@ def read_pairs_file(
             f"{', '.join(given)}: only with a table; samples of MoveIt and easy_handeye are in m, with quaternions"
         )
     text = read_text(file, EXPECTED)
-    if text.startswith("%YAML:1.0"):
-        return _opencv(file, text)
+    if (stored := parse_storage(text, file, EXPECTED)) is not None:
+        found = pairs_of_storage(stored, file)
+        return _from_matrices("OpenCV", file, found.robot, found.seen)
     data = (parse_json if file.suffix.lower() == ".json" else parse_yaml)(text, file, EXPECTED)
     if isinstance(data, list):
         return _moveit(file, data, text)
@@ -196,27 +195,6 @@ def _two_files(file: Path, camera: Path, wanted: TableOptions) -> PosePairs:
             " expected one for each, in the same order"
         )
     return PosePairs("two files of poses", robot.rows, robot.format, seen.poses, robot.names)
-
-
-def _opencv(file: Path, text: str) -> PosePairs:
-    """4 x 4 matrices as OpenCV's FileStorage writes them, numbered in two families: the hand in the base before the
-    target in the camera, as cv::calibrateHandEye takes them."""
-    plain = text.replace("!!opencv-matrix", "")
-    data = parse_yaml("\n".join(plain.splitlines()[1:]), file, EXPECTED)
-    families: dict[str, list[Any]] = {}
-    for key, value in data.items() if isinstance(data, dict) else ():
-        if isinstance(value, dict) and "data" in value and (match := NUMBERED.fullmatch(str(key))):
-            matrix = validate_document(value, OpenCvMatrix, file, text, at=(key,))
-            families.setdefault(match[1], []).append(matrix.data)
-    if len(families) != 2 or len({len(f) for f in families.values()}) != 1:
-        found = ", ".join(f"{len(f)} named {name}…" for name, f in families.items()) or "none"
-        raise kr5.FileError(
-            file,
-            f"found the 4 x 4 matrices {found}; expected two families of as many, numbered, such as T1_0 … of"
-            " the hand in the base, and T2_0 … of the target in the camera",
-        )
-    robot, seen = families.values()
-    return _from_matrices("OpenCV", file, list(robot), list(seen))
 
 
 def _from_matrices(source: str, file: Path, robot: Sequence[npt.ArrayLike], seen: Sequence[npt.ArrayLike]) -> PosePairs:

@@ -1,0 +1,157 @@
+"""Poses as OpenCV, NumPy and programs of people write them, and the answer that each of them gives."""
+
+import json
+
+import kr5
+import numpy as np
+import pytest
+
+from test_hand_eye_pairs import X, check_place, pairs
+
+NAMES = ("R_gripper2base", "t_gripper2base", "R_target2cam", "t_target2cam")
+
+
+def matrix(values, indent):
+    rows, cols = values.shape
+    data = ", ".join(repr(float(v)) for v in values.ravel())
+    return f"!!opencv-matrix\n{indent}rows: {rows}\n{indent}cols: {cols}\n{indent}dt: d\n{indent}data: [ {data} ]\n"
+
+
+def as_yaml(content):
+    """A FileStorage of matrices and of lists of matrices."""
+    out = "%YAML:1.0\n---\nframeCount: 14\n"
+    for name, value in content.items():
+        if isinstance(value, list):
+            out += f"{name}:\n" + "".join("   - " + matrix(v, " " * 6) for v in value)
+        else:
+            out += f"{name}: " + matrix(value, " " * 3)
+    return out
+
+
+def as_xml(content):
+    def element(tag, values):
+        rows, cols = values.shape
+        data = " ".join(repr(float(v)) for v in values.ravel())
+        inner = f"<rows>{rows}</rows>\n<cols>{cols}</cols>\n<dt>d</dt>\n<data>\n{data}</data>"
+        return f'<{tag} type_id="opencv-matrix">{inner}</{tag}>\n'
+
+    out = '<?xml version="1.0"?>\n<opencv_storage>\n<frameCount>14</frameCount>\n'
+    for name, value in content.items():
+        if isinstance(value, list):
+            out += f"<{name}>" + "".join(element("_", v) for v in value) + f"</{name}>\n"
+        else:
+            out += element(name, value)
+    return out + "</opencv_storage>\n"
+
+
+def as_json(content):
+    def entry(values):
+        rows, cols = values.shape
+        return {"type_id": "opencv-matrix", "rows": rows, "cols": cols, "dt": "d", "data": values.ravel().tolist()}
+
+    return json.dumps({n: [entry(v) for v in c] if isinstance(c, list) else entry(c) for n, c in content.items()})
+
+
+def numbered(robot, seen):
+    out = {}
+    for i, (T, M) in enumerate(zip(robot, seen, strict=True)):
+        out |= {f"T1_{i}": T, f"T2_{i}": M}
+    return out
+
+
+def parts(robot, seen):
+    """As cv::calibrateHandEye takes them."""
+    lists = (
+        [T[:3, :3] for T in robot],
+        [T[:3, 3:] for T in robot],
+        [M[:3, :3] for M in seen],
+        [M[:3, 3:] for M in seen],
+    )
+    return dict(zip(NAMES, lists, strict=True))
+
+
+def vectors(robot, seen):
+    """The camera's before the robot's, rotations as vectors, and the robot's poses inverted."""
+
+    def of(T):
+        return np.array(kr5.to_vector(T)[3:]).reshape(3, 1)
+
+    inverse = [np.linalg.inv(T) for T in robot]
+    return {
+        "rvec_target2cam": [of(M) for M in seen],
+        "tvec_target2cam": [M[:3, 3:] for M in seen],
+        "rvec_base2gripper": [of(T) for T in inverse],
+        "tvec_base2gripper": [T[:3, 3:] for T in inverse],
+    }
+
+
+@pytest.mark.parametrize("content", [numbered, parts, vectors])
+@pytest.mark.parametrize(("ending", "written"), [("yml", as_yaml), ("xml", as_xml), ("json", as_json)])
+def test_matrices_of_opencv_give_the_camera(run_kr5, tmp_path, content, ending, written):
+    (tmp_path / f"pairs.{ending}").write_text(written(content(*pairs())))
+    done = run_kr5("calibrate", "hand-eye", f"pairs.{ending}", "--mount", "eye_in_hand", "-o", "r.json")
+    assert done.returncode == 0, done.stderr
+    data = json.loads((tmp_path / "r.json").read_text())
+    check_place(data, X)
+    assert data["input"]["source"] == "OpenCV"
+
+
+def test_storage_that_holds_no_pairs_is_refused_with_what_it_holds(run_kr5, tmp_path):
+    robot, seen = pairs(4)
+    content = numbered(robot, seen)
+    del content["T2_3"]
+    unequal = parts(robot, seen) | {"t_gripper2base": [T[:3, 3:] for T in robot[:-1]]}
+    for text, said in (
+        (as_xml(content), "found the poses 4 named T1…, 3 named T2…; expected two families"),
+        (as_xml(unequal), "found 4 R_gripper2base, but 3 t_gripper2base"),
+        (as_xml({}), "found the poses none"),
+        (as_xml(content).replace("<cols>4", "<cols>5", 1), "expected 4 x 5 numbers"),
+        (as_xml(content).replace("</opencv_storage>", ""), "is not valid XML"),
+        ('<!DOCTYPE a [<!ENTITY b "c">]>' + as_xml(content), "which OpenCV does not write"),
+    ):
+        (tmp_path / "pairs.xml").write_text(text)
+        done = run_kr5("calibrate", "hand-eye", "pairs.xml", "--mount", "eye_in_hand")
+        assert done.returncode == 2 and said in " ".join(done.stderr.split()), (said, done.stderr)
+
+
+def lines(poses, separator=" ", between=""):
+    return between.join("\n".join(separator.join(f"{v:.9f}" for v in row) for row in T) + "\n" for T in poses)
+
+
+def printed(poses):
+    return "\n".join(str(T) for T in poses) + "\n"
+
+
+@pytest.mark.parametrize(
+    ("ending", "written"),
+    [
+        ("txt", lines),
+        ("txt", lambda poses: lines(poses, between="\n")),
+        ("csv", lambda poses: lines(poses, ",")),
+        ("txt", printed),
+        ("txt", lambda poses: "\n".join(" ".join(map(repr, map(float, T.ravel()))) for T in poses)),
+    ],
+    ids=["rows", "blocks", "csv", "printed", "one line a matrix"],
+)
+def test_matrices_as_text_give_the_camera(run_kr5, tmp_path, ending, written):
+    for name, poses in zip(("robot", "camera"), pairs(noise=1e-5), strict=True):
+        (tmp_path / f"{name}.{ending}").write_text(written(poses))
+    done = run_kr5(
+        *("calibrate", "hand-eye", f"robot.{ending}", "--camera-poses", f"camera.{ending}"),
+        *("--mount", "eye_in_hand", "-o", "r.json"),
+    )
+    assert done.returncode == 0, done.stderr
+    check_place(json.loads((tmp_path / "r.json").read_text()), X)
+
+
+def test_arrays_of_numpy_give_the_camera(run_kr5, tmp_path):
+    robot, seen = map(np.array, pairs())
+    np.save(tmp_path / "robot.npy", robot)
+    np.save(tmp_path / "camera.npy", seen[:, :3])
+    words = ("calibrate", "hand-eye", "robot.npy", "--camera-poses", "camera.npy", "--mount", "eye_in_hand")
+    done = run_kr5(*words, "-o", "r.json")
+    assert done.returncode == 0, done.stderr
+    check_place(json.loads((tmp_path / "r.json").read_text()), X)
+    np.save(tmp_path / "camera.npy", np.ones((4, 5)))
+    done = run_kr5(*words)
+    assert done.returncode == 2 and "found an array of shape (4, 5), expected N x 4 x 4" in done.stderr
