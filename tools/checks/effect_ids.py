@@ -32,7 +32,7 @@ OTHER_MEANING: dict[str, tuple[str, ...]] = {
         "libkr5/include/kr5/cell/import_urdf.hpp",
         "libkr5/include/kr5/cell/update_urdf.hpp",
         "libkr5/src/cell/urdf/arm_path.hpp",
-        "tools/kr5_tools/app.py",
+        "tools/kr5_tools/command_table.py",
     ),
     "rotor_inertia": ("libkr5/include/kr5/cell/drives.hpp", "libkr5/include/kr5/identification/dynamics_model.hpp"),
     "torque_constant": (
