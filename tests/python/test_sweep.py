@@ -375,6 +375,23 @@ def test_intervals_are_exact_and_what_falls_short_is_named():
     assert table["pooled"]["failures"] == {"push: blocked": 8}
 
 
+def test_few_trials_of_a_place_are_no_reassurance():
+    grid = Grid((15.0,), (0.5, 1.0), ("vertical",), ("profile_fit",), "arm", 1)
+
+    def texts(few, many):
+        trials = [trial(k, clearance=0.5) for k in range(few)] + [trial(k) for k in range(many)]
+        (table,) = rate_table.rate_tables(trials, grid)
+        return " ".join(rate_table.table_texts(table))
+
+    bound = 100 * 0.05 ** (1 / 6)  # of six successes
+    assert (
+        f"6 trials of a place cannot show whether the rate is below 95 %: if all succeed, it is at least {bound:.0f} %"
+        in (texts(6, 80))
+    )
+    assert "cannot show" in texts(58, 80) and "cannot show" not in texts(59, 80)
+    assert "significantly less often" in texts(59, 80)
+
+
 def test_a_cell_in_which_no_insertion_fits_is_refused_before_anything_is_written(share, run_kr5, tmp_path):
     text = (share / "cells/kr5_arc.yaml").read_text()
     tool = "tool: {natural_frequency: 3.064, damping_ratio: 0.7492, delay: 0.024}"

@@ -118,6 +118,18 @@ def display_row(place: dict[str, Any]) -> list[str]:
     ]
 
 
+def _nothing_below(places: list[dict[str, Any]], test: str) -> str:
+    """What it means that no place is significantly below the wanted rate, by the fewest trials of one."""
+    fewest = min(p["trials"] for p in places)
+    shown = success_rate(fewest, fewest)["least"]
+    if shown < WANTED:
+        return (
+            f"{fewest} trials of a place cannot show whether the rate is below {100 * WANTED:g} %: if all succeed, it"
+            f" is at least {100 * shown:.0f} % (exact one-sided bound, 95 %)."
+        )
+    return f"Nowhere does the first attempt succeed significantly less often than in {100 * WANTED:g} % {test}."
+
+
 def table_texts(table: dict[str, Any]) -> list[str]:
     """What is to be said of a table."""
     first = table["pooled"]["by_attempt"][0]
@@ -133,7 +145,7 @@ def table_texts(table: dict[str, Any]) -> list[str]:
     said.append(
         f"* The first attempt succeeds in less than {100 * WANTED:g} % {test}: {', '.join(below)}."
         if below
-        else f"Nowhere does the first attempt succeed significantly less often than in {100 * WANTED:g} % {test}."
+        else _nothing_below(table["rows"], test)
     )
     if failures := table["pooled"]["failures"]:
         said.append(

@@ -108,8 +108,7 @@ void find_focal_uncertainty(const CameraCalibration& result, Findings& out) {
     out.push_back(
         {"views_disagree",
          "The views disagree more than the noise of their points allows; all uncertainties were inflated accordingly.",
-         "The errors of the corners of one image are correlated when it is blurred or the board is not flat; the lens "
-         "may need a model with more parameters.",
+         "Remove blurred images and check that the board is flat; the lens may need a model with more parameters.",
          format("%.1f times the squared difference expected", result.dispersion)});
   if (result.coverage.cells_hit < wanted_cells)
     out.push_back({"coverage", "Part of the image was never covered: the lens is not determined there.",
