@@ -3,6 +3,8 @@
 #include <fstream>
 #include <limits>
 
+#include <sys/stat.h>
+
 #include <catch2/catch.hpp>
 
 #include <kr5/core/error.hpp>
@@ -169,7 +171,13 @@ TEST_CASE("warnings alone let a file be used, errors beside them do not") {
   CHECK_THROWS_WITH(throw_diagnostics(both), "f:2: b: found x, expected a number");
 }
 
-TEST_CASE("loops of links and devices are errors of the file, and a link given to write to is followed") {
+TEST_CASE("why a file cannot be written is said") {
+  if (!std::filesystem::exists("/dev/full")) return;
+  CHECK_THROWS_WITH(write_text("/dev/full", "x"), Contains("/dev/full: cannot be written: No space left on device"));
+  CHECK_THROWS_WITH(write_text("/no_such_folder/x", "x"), Contains("x: cannot be written: No such file or directory"));
+}
+
+TEST_CASE("loops of links, devices and pipes are errors of the file, and a link given to write to is followed") {
   namespace fs = std::filesystem;
   const fs::path folder = scratch("links");
   fs::remove_all(folder);
@@ -179,6 +187,9 @@ TEST_CASE("loops of links and devices are errors of the file, and a link given t
   CHECK_THROWS_WITH(read_text(folder / "a"), Contains("cannot be read"));
   CHECK_THROWS_AS(write_text(folder / "a", "x"), IoError);
   if (fs::exists("/dev/zero")) CHECK_THROWS_WITH(read_text("/dev/zero"), Contains("is a device"));
+  REQUIRE(mkfifo((folder / "pipe").c_str(), 0600) == 0);  // to which nobody writes
+  CHECK_THROWS_WITH(read_text(folder / "pipe"), Contains("pipe: is a pipe or a socket, expected a file"));
+  fs::remove(folder / "pipe");
   write_text(folder / "real", "old");
   fs::create_symlink("real", folder / "link");
   write_text(folder / "link", "new");

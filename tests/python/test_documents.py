@@ -1,6 +1,7 @@
 """The reader of documents: what it refuses, and how it says so."""
 
 import json
+import os
 import pickle
 from typing import Literal
 
@@ -163,7 +164,12 @@ def test_a_file_is_text_of_bounded_size(tmp_path):
     assert "is not UTF-8 text" in refusal(read_text, file)
     file.write_bytes(b"\xef\xbb\xbfa: 1\r\n")
     assert parse_yaml(read_text(file), file) == {"a": 1}
-    assert "is larger than" in refusal(read_text, "/dev/zero", "", 1 << 20)
+    with (tmp_path / "large").open("wb") as stream:
+        stream.truncate(2 << 20)
+    assert "is larger than 1 MiB" in refusal(read_text, tmp_path / "large", "", 1 << 20)
+    assert "/dev/zero: is a device; expected a plan" in refusal(read_text, "/dev/zero", "a plan")
+    os.mkfifo(tmp_path / "pipe")  # to which nobody writes
+    assert "pipe: is a pipe or a socket; expected a file" in refusal(read_text, tmp_path / "pipe")
     assert "Is a directory" in refusal(read_text, tmp_path)
     assert "embedded null byte" in refusal(read_text, "a\0b")
     loop = tmp_path / "loop"

@@ -1,5 +1,6 @@
 """Models of robots, whichever file they stand in; MJCF beside MuJoCo itself."""
 
+import os
 import shlex
 import sys
 
@@ -8,6 +9,7 @@ import numpy as np
 import pytest
 from kr5.logs import read_logs
 from kr5.models import Kind, read_model
+from kr5.models.kinds import kind_of_file
 
 URDF = """<robot name="two">
   <link name="world"/>
@@ -140,6 +142,41 @@ def test_a_cell_has_no_other_base_or_tip_and_a_missing_file_is_named(share, tmp_
     (tmp_path / "binary.xml").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(kr5.IoError, match="is not UTF-8 text"):
         read_model(tmp_path / "binary.xml")
+
+
+@pytest.mark.parametrize("file", ["pipe.urdf", "zero.urdf"])
+def test_a_model_without_an_end_is_refused(run_kr5, share, tmp_path, file):
+    os.mkfifo(tmp_path / "pipe.urdf")  # to which nobody writes
+    (tmp_path / "zero.urdf").symlink_to("/dev/zero")
+    log = share / "data/arm_log/joint_states.csv"
+    for words in (("cell", "import", file, "-o", "cell.yaml"), ("gap", "measure", log, "--model", file)):
+        done = run_kr5(*words, timeout=60)
+        assert done.returncode == 2 and f"{file}: is a " in done.stderr, done.stderr
+
+
+DOCTYPES = (
+    "<!DOCTYPE robot>",
+    '<!DOCTYPE robot SYSTEM "a>.dtd">',
+    '<!DOCTYPE robot [\n<!ENTITY x "]>">\n<!-- don\'t ] -->\n]>\n<!-- <mujoco> -->',
+)
+
+
+@pytest.mark.parametrize("doctype", DOCTYPES)
+def test_a_declaration_of_the_type_hides_no_model(kr5_here, share, tmp_path, doctype):
+    plain = (share / "data/arm_log/arm.urdf").read_text()
+    begin = plain.index("<robot")
+    (tmp_path / "arm.urdf").write_text(plain[:begin] + doctype + plain[begin:])
+    assert kr5_here("cell", "import", "arm.urdf", "-o", "cell.yaml").exit_code == 0
+    log = share / "data/arm_log/joint_states.csv"
+    assert kr5_here("gap", "measure", log, "--model", "arm.urdf").exit_code == 0
+
+
+@pytest.mark.parametrize(
+    "text", ["<!DOCTYPE [" + "<!--" * 50_000, "<!DOCTYPE " + '"' * 50_001, "<!DOCTYPE a>" * 50_000]
+)
+def test_a_text_that_never_ends_its_declarations_is_no_xml(tmp_path, text):
+    file = save(tmp_path, text, "arm.urdf")
+    assert str(kind_of_file(file)) == "cell"
 
 
 EQUAL = '<equality><joint name="gear" joint1="j1" joint2="j2"/></equality>'

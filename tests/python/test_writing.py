@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 import typer
 from kr5.files import writing
+from kr5.files.inputs import is_read
 
 from kr5_tools.pages.rendering import script_json
 
@@ -253,6 +254,60 @@ def test_a_hand_eye_folder_keeps_its_poses(kr5_here, share, tmp_path):
         and "is an input of this command" in done.stderr
         and (folder / "poses.csv").read_bytes() == before
     )
+
+
+# Commands that are given a folder, and a file of it that they read.
+FOLDER_IS_INPUT = [
+    (("gap", "measure", "monday", "--json"), "monday/motion-1.csv"),
+    (("gap", "diagnose", "monday", "-o"), "monday/recording.yaml"),
+    (("gap", "plan", "monday", "-o"), "monday/cell.yaml"),
+    (("gap", "explain", "monday", "--json"), "monday/motion-4.csv"),
+    (("gap", "cases", "days", "--json"), "days/monday/motion-1.csv"),
+    (("replay", "monday", "--json"), "monday/motion-1.csv"),
+    (("cell", "check", "monday", "--json"), "monday/cell.yaml"),
+    (("cell", "show", "monday", "-o"), "monday/cell.yaml"),
+    (("identify", "dynamics", "monday", "-o"), "monday/motion-1.csv"),
+    (("identify", "payload", "monday", "-o"), "monday/recording.yaml"),
+    (("calibrate", "tool", "touches", "-o"), "touches/touches.csv"),
+    (("calibrate", "laser", "scan", "--target", "sphere:0.02", "--cloud"), "scan/profiles.csv"),
+    (("recording", "import", "bag", "--map", "map.yaml", "-o", "new", "--json"), "bag/bag.db3"),
+    (("recording", "guess", "bag", "--cell", "monday/cell.yaml", "-o"), "bag/bag.db3"),
+    (("sensitivity", "model.py:f", "--inputs", "inputs.yaml", "--json"), "model.py"),
+]
+
+
+@pytest.mark.parametrize(
+    "words, file", FOLDER_IS_INPUT, ids=lambda value: " ".join(value[:2]) if isinstance(value, tuple) else ""
+)
+def test_no_command_writes_over_a_file_of_the_folder_that_it_reads(kr5_here, share, tmp_path, words, file):
+    shutil.copytree(share / "data/friction", tmp_path / "monday")
+    shutil.copytree(share / "data/friction", tmp_path / "days/monday")
+    shutil.copytree(share / "data/touches", tmp_path / "touches")
+    for name in ("scan/profiles.csv", "bag/metadata.yaml", "bag/bag.db3", "map.yaml", "inputs.yaml", "model.py"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text("kept")
+    (tmp_path / "link").symlink_to(file)
+    before = (tmp_path / file).read_bytes()
+    for output in (file, "link"):
+        done = kr5_here(*words, output)
+        assert done.exit_code == 2 and f"{output}: is an input of this command" in done.stderr, done.output
+        assert (tmp_path / file).read_bytes() == before
+
+
+def test_a_result_in_the_folder_that_was_read_may_be_written_again(kr5_here, share, tmp_path):
+    shutil.copytree(share / "data/friction", tmp_path / "monday")
+    for _ in range(2):
+        assert kr5_here("gap", "measure", "monday", "--json", "monday/gap.json").exit_code == 0
+    (tmp_path / "bag").mkdir()
+    for name, text, read in (
+        ("gap.json", (tmp_path / "monday/gap.json").read_text(), False),
+        ("page.html", "<html>", False),
+        ("info.json", '{"fps": 50}', True),
+        ("bag.db3", "rows", True),
+    ):
+        (tmp_path / "bag" / name).write_text(text)
+        assert is_read(tmp_path / "bag" / name, tmp_path / "bag") == read
+    assert not is_read(tmp_path / "bag/new.yaml", tmp_path / "bag")
 
 
 def test_names_with_brackets_are_shown_as_they_are(kr5_here, cell_file, tmp_path):

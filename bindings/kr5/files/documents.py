@@ -5,7 +5,9 @@ the first mistake the error says file, line, field, what was found and what was 
 
 import difflib
 import json
+import os
 import re
+import stat
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal, NoReturn, TypeVar, get_args, get_origin
@@ -55,16 +57,29 @@ def check_names(names: list[str]) -> None:
         raise ValueError(f"found two named {display_value(twice)}, expected a unique name for each")
 
 
+def check_readable(file: Path | str, expected: str = "") -> None:
+    """Raises kr5.FileError for a device, a pipe or a socket, which may have no end; for what is not there, too."""
+    wanted = f"; expected {expected}" if expected else ""
+    try:
+        mode = os.stat(file).st_mode
+    except OSError as error:
+        raise kr5.FileError(file, f"{error.strerror or error}{wanted}") from error
+    except ValueError as error:  # a NUL in the name
+        raise kr5.FileError(str(file)[:60], f"{error}{wanted}") from error
+    if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
+        device = stat.S_ISCHR(mode) or stat.S_ISBLK(mode)
+        raise kr5.FileError(file, f"is a {'device' if device else 'pipe or a socket'}{wanted or '; expected a file'}")
+
+
 def read_text(file: Path | str, expected: str = "", max_bytes: int = MAX_BYTES) -> str:
     """The text of a UTF-8 file of bounded size. `expected`: what the file should be, for the error."""
     wanted = f"; expected {expected}" if expected else ""
+    check_readable(file, expected)
     try:
         with Path(file).open("rb") as stream:
             data = stream.read(max_bytes + 1)
     except OSError as error:
         raise kr5.FileError(file, f"{error.strerror or error}{wanted}") from error
-    except ValueError as error:  # a NUL in the name
-        raise kr5.FileError(str(file)[:60], f"{error}{wanted}") from error
     if len(data) > max_bytes:
         raise kr5.FileError(file, f"is larger than {max_bytes / (1 << 20):g} MiB{wanted}")
     try:

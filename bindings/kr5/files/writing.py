@@ -19,6 +19,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import kr5
+from kr5.files.inputs import is_read
+from kr5.files.paths import is_device, is_same
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -80,7 +82,7 @@ def publish() -> None:
     """Puts the files held back so far in their places, all of them also when Ctrl-C comes; devices, which may refuse,
     come first."""
     if _held:
-        _held.sort(key=lambda pair: not _is_device(pair[1]))
+        _held.sort(key=lambda pair: not is_device(pair[1]))
     with surroundings.shield():
         while _held:
             _put(*_held.pop(0))
@@ -125,7 +127,7 @@ def beside(file: Path | str) -> Iterator[Path]:
     A link is followed. What is no regular file, such as /dev/null, is written to and not replaced.
     """
     target = _target(file)
-    folder = Path(tempfile.gettempdir()) if _is_device(target) else target.parent
+    folder = Path(tempfile.gettempdir()) if is_device(target) else target.parent
     try:
         handle, name = tempfile.mkstemp(dir=folder, prefix=".kr5-", suffix=target.suffix)
     except OSError as error:
@@ -209,11 +211,6 @@ def _target(file: Path | str) -> Path:
     return target
 
 
-def _is_device(file: Path) -> bool:
-    """Something is there that is no regular file."""
-    return file.exists() and not stat.S_ISREG(file.stat().st_mode)
-
-
 def _allow_reading(new: Path, target: Path) -> None:
     """The rights of the file replaced, or those of any new file; temporary files have fewer."""
     umask = os.umask(0)
@@ -224,7 +221,7 @@ def _allow_reading(new: Path, target: Path) -> None:
 
 def _put(new: Path, target: Path) -> None:
     try:
-        if _is_device(target):
+        if is_device(target):
             with new.open("rb") as source, target.open("wb") as stream:
                 shutil.copyfileobj(source, stream)
             new.unlink()
@@ -267,7 +264,7 @@ def save_figure(
 
 def check_writable(*files: Path | None, inputs: Iterable[Path | str | None] = ()) -> None:
     """Complains of outputs whose folder is not there, and of one that would replace an input, before what may take
-    minutes is begun.
+    minutes is begun. An input may be a folder: `kr5.files.inputs.is_read` says what is read of it.
     """
     outputs = [Path(file) for file in files if file is not None and str(file) != "-"]
     for file in outputs:
@@ -277,12 +274,12 @@ def check_writable(*files: Path | None, inputs: Iterable[Path | str | None] = ()
             raise kr5.FileError(file, "cannot be written: is a folder")
     read = [Path(file) for file in inputs if file is not None]
     for file in outputs:
-        if any(_same(file, other) for other in read):
+        if any(is_read(file, other) for other in read):
             raise kr5.FileError(
                 file, "is an input of this command", remedy="choose another output file, so that it is not overwritten"
             )
     for k, file in enumerate(outputs):
-        if any(_same(file, other) for other in outputs[:k]):
+        if any(is_same(file, other) for other in outputs[:k]):
             raise kr5.FileError(file, "is the file of two outputs", remedy="choose another file for one of them")
 
 
@@ -292,11 +289,3 @@ def check_page(page: Path | None) -> None:
         raise kr5.FileError(
             page, f"found the ending '{page.suffix}', expected .html: it is a page; --json writes the numbers"
         )
-
-
-def _same(a: Path, b: Path) -> bool:
-    """Both are one file, which is there or would be there, and no device."""
-    try:
-        return not _is_device(a) and (a.samefile(b) if a.exists() and b.exists() else a.resolve() == b.resolve())
-    except (OSError, RuntimeError):
-        return False

@@ -42,9 +42,8 @@ class ComparedSource:
 
 
 def input_files(paths: Sequence[Path], options: SourceOptions) -> list[Path]:
-    """Files that must not be written over."""
-    own = [p for path in paths for p in ((path / "recording.yaml", path / "cell.yaml") if path.is_dir() else (path,))]
-    return [*own, *([options.model] if options.model else [])]
+    """Files and folders that must not be written over."""
+    return [*paths, *([options.model] if options.model else [])]
 
 
 def open_source(paths: Sequence[Path], options: SourceOptions) -> ComparedSource:

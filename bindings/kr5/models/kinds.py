@@ -5,7 +5,7 @@ import re
 from pathlib import Path
 
 import kr5
-from kr5.files.documents import MAX_BYTES
+from kr5.files.documents import read_text
 
 
 class Kind(enum.StrEnum):
@@ -38,6 +38,11 @@ NAMES = {
     Kind.CELL: "a cell",
 }
 ROOTS = {"robot": Kind.URDF, "mujoco": Kind.MJCF, "sdf": Kind.SDF}
+# What may stand before the first element of an XML text. A declaration of its type may hold others in brackets.
+# Each part begins by a letter of its own and is never tried twice, so that no text takes long.
+COMMENT, QUOTED = "<!--.*?-->", """"[^"]*"|'[^']*'"""
+INNER = rf"""\[(?:{COMMENT}|{QUOTED}|[^\]"'<]|<(?!!--))*+\]"""
+BEFORE_ROOT = rf"""\s|<\?.*?\?>|{COMMENT}|<!DOCTYPE(?:{QUOTED}|{INNER}|[^\[\]>"'])*+>"""
 EXPECTED = "a URDF (<robot>), an MJCF (<mujoco>) or a cell file (YAML)"
 
 
@@ -55,16 +60,8 @@ def kind_of_file(file: Path) -> Kind:
 
 
 def model_text(file: Path) -> str:
-    """Text of a model file. Raises IoError where there is none."""
-    try:
-        data = file.read_bytes()
-        if len(data) > MAX_BYTES:
-            raise kr5.IoError(f"{file}: is larger than {MAX_BYTES >> 20} MiB; expected {EXPECTED}")
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise kr5.IoError(f"{file}: is not UTF-8 text (byte {error.start}); expected {EXPECTED}") from None
-    except OSError as error:
-        raise kr5.IoError(f"{file}: {error.strerror or error}; expected {EXPECTED}") from None
+    """Text of a model file. Raises kr5.FileError where there is none."""
+    return read_text(file, EXPECTED)
 
 
 def kind_of_output(file: Path) -> Kind:
@@ -80,6 +77,5 @@ def kind_of_output(file: Path) -> Kind:
 
 def _root_element(text: str) -> str | None:
     """Name of the first element of an XML text; nothing where it is none."""
-    rest = re.sub(r"^\s*(<\?.*?\?>|<!--.*?-->|<!DOCTYPE[^>]*>|\s+)*", "", text, flags=re.DOTALL)
-    found = re.match(r"<([\w:.-]+)", rest)
+    found = re.match(rf"(?:{BEFORE_ROOT})*+<([\w:.-]+)", text, flags=re.DOTALL)
     return found.group(1) if found else None

@@ -239,18 +239,11 @@ std::string to_yaml(const Node& node) {
 }
 
 std::string read_text(const std::filesystem::path& file) {
+  check_readable(file);
   std::error_code error;
-  const std::filesystem::file_status status = std::filesystem::status(file, error);
-  if (status.type() == std::filesystem::file_type::not_found) throw IoError(file.string() + ": no such file");
-  if (status.type() == std::filesystem::file_type::none)  // such as a loop of symbolic links
-    throw IoError(file.string() + ": cannot be read: " + error.message());
-  if (status.type() == std::filesystem::file_type::directory)
-    throw IoError(file.string() + ": is a folder, expected a file");
   constexpr std::uintmax_t most = std::uintmax_t{4} << 30;
-  if (std::filesystem::is_regular_file(status) && std::filesystem::file_size(file, error) > most && !error)
+  if (std::filesystem::file_size(file, error) > most && !error)
     throw IoError(file.string() + ": found more than 4 GiB, expected a smaller file");
-  if (std::filesystem::is_character_file(status) || std::filesystem::is_block_file(status))
-    throw IoError(file.string() + ": is a device, expected a file");
   std::ifstream stream(file, std::ios::binary);
   std::ostringstream text;
   if (!stream || !(text << stream.rdbuf() || stream.eof())) {

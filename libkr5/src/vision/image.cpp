@@ -31,8 +31,7 @@ static bool is_known_kind(const std::filesystem::path& file) {
 }
 
 Image load_image(const std::filesystem::path& file) {
-  std::error_code error;
-  if (!std::filesystem::exists(file, error)) throw IoError(file.string() + ": no such image");
+  check_readable(file);
   cv::Mat m;
   try {
     if (is_known_kind(file)) m = cv::imread(file.string(), cv::IMREAD_GRAYSCALE);

@@ -56,7 +56,7 @@ def tool(
     if previous is not None:
         options.previous = np.array(previous)
     options.validate()
-    read = [*(poses.rglob("*") if poses.is_dir() else [poses]), dataset, cell_file]
+    read = [poses, dataset, cell_file]
     check_writable(output, json_file, write_cell, *exports.files, inputs=read)
     believed = load_target_cell(cell_file, write_cell)
     if dataset or poses.is_dir():

@@ -113,7 +113,7 @@ def cases(
     above the limit of noise.
     """
 
-    writing.check_writable(json_file, inputs=[folder / "labels.json"])
+    writing.check_writable(json_file, inputs=[folder])
     rows, far = [], 0
     out: dict[str, Any] = {}
     for name, label in terminal.track(list(_labels(folder).items()), "simulating"):

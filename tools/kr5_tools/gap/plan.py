@@ -76,7 +76,7 @@ def plan(
     of the alternatives, which look alike in the recording; the one that distinguishes them in the shortest time is
     selected."""
     options.validate()
-    writing.check_writable(output, json_file, inputs=[folder / "recording.yaml"])
+    writing.check_writable(output, json_file, inputs=[folder])
     recording = kr5.cell.load_recording(folder)
     simulator = arguments.make_simulator(full)
     to = terminal.console(json_file)

@@ -78,9 +78,7 @@ def dynamics(
     the log or the motion does not determine the parameters.
     """
     options.validate()
-    check_writable(
-        output, page, write_cell, json_file, inputs=[f for f in (source, cell, map_file) if f and f.is_file()]
-    )
+    check_writable(output, page, write_cell, json_file, inputs=[source, cell, map_file])
     motions = read_motions(source, cell, map_file, held_out, columns, episodes)
     fit, check = condition_parts(motions, conditioning_of(log, motions.cell))
     model = arm_model(motions.cell, [terms] * motions.cell.robot.joints)

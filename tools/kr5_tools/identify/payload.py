@@ -74,9 +74,7 @@ def payload(
     when the log or the motion does not determine the load.
     """
     options.validate()
-    check_writable(
-        output, page, write_cell, json_file, inputs=[f for f in (source, without, cell, map_file) if f and f.is_file()]
-    )
+    check_writable(output, page, write_cell, json_file, inputs=[source, without, cell, map_file])
     loaded, arm = read_motions(source, cell, map_file, 0.0, columns, episodes), None
     motion = conditioned(loaded, log)
     if without:

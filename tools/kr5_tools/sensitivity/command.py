@@ -18,7 +18,7 @@ from kr5_tools.sensitivity import arm as arm_module
 from kr5_tools.sensitivity import page
 from kr5_tools.sensitivity.analysis import Analysis, evaluate_rows, probe, split_rows
 from kr5_tools.sensitivity.inputs_file import Quantity, read_inputs
-from kr5_tools.sensitivity.model import ArmModel, ModelError, function_model
+from kr5_tools.sensitivity.model import ArmModel, ModelError, function_model, model_file
 from kr5_tools.sensitivity.outputs_folder import OutputsFolder
 from kr5_tools.sweep import runner
 from kr5_tools.sweep.runner import core_count
@@ -123,7 +123,7 @@ def sensitivity(
     """
     options.samples, options.max_samples, options.tolerance = samples, max_samples, tolerance
     options.validate()
-    writing.check_writable(json_file, inputs=[inputs, cell_file])
+    writing.check_writable(json_file, inputs=[model_file(model), inputs, cell_file])
     to = terminal.console(json_file)
     try:
         if model is not None:

@@ -160,13 +160,20 @@ def _function(where: str, text: str, name: str) -> Callable[..., Any]:
     return function  # type: ignore[no-any-return]
 
 
+def model_file(given: str | None) -> Path | None:
+    """The file of a model; nothing where a module or no model is named."""
+    where = (given or "").rpartition(":")[0]
+    return Path(where) if where.endswith(".py") else None
+
+
 def function_model(given: str, vectorized: bool, names: tuple[str, ...]) -> FunctionModel:
     """The model that `MODULE:FUNCTION` or `FILE.py:FUNCTION` names."""
     where, colon, function = given.rpartition(":")
     if not colon or not where or not function.isidentifier():
         raise ModelError(f"found {given!r}, expected MODULE:FUNCTION or FILE.py:FUNCTION")
-    text = read_text(where, "a Python file") if where.endswith(".py") else ""
-    if where.endswith(".py") and not text.strip():
+    file = model_file(given)
+    text = read_text(file, "a Python file") if file else ""
+    if file and not text.strip():
         raise ModelError(f"{where}: is empty")
     _function(where, text, function)
     return FunctionModel(where, text, function, vectorized, names)

@@ -1,0 +1,63 @@
+"""Which files a command reads that is given files and folders: they must not be written over."""
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import kr5
+from kr5.files.documents import read_yaml
+from kr5.files.paths import is_same
+
+RECORDING = "recording.yaml"
+OWN_RESULT = re.compile(rb'\s*\{\s*"format":\s*"kr5-')
+HEAD = 200  # bytes that tell whose file it is
+
+
+def is_read(file: Path, given: Path) -> bool:
+    """Whether a command that is given a file or a folder reads this file.
+
+    Of a recording it reads what recording.yaml names, of another folder all that is there: but no page and no result
+    that kr5 itself wrote into it, which may be written again.
+    """
+    if not given.is_dir():
+        return is_same(file, given)
+    if not file.exists():
+        return False
+    named = _named_files(given)
+    if named is not None:
+        return any(is_same(file, one) for one in named)
+    inside = given.resolve() in file.resolve().parents or any(
+        one.is_symlink() and is_same(file, one) for one in given.rglob("*")
+    )
+    return inside and not _is_own_result(file)
+
+
+def _named_files(folder: Path) -> list[Path] | None:
+    """The files of a recording; nothing of a folder that is none."""
+    index = folder / RECORDING
+    if not index.is_file():
+        return None
+    try:
+        names = list(_texts(read_yaml(index)))
+    except kr5.Error:
+        return None
+    named = [folder / name for name in names]
+    return [index, *named, *(file for place in named if place.is_dir() for file in place.rglob("*"))]
+
+
+def _texts(value: Any) -> Iterator[str]:
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, (dict, list)):
+        for item in value.values() if isinstance(value, dict) else value:
+            yield from _texts(item)
+
+
+def _is_own_result(file: Path) -> bool:
+    if file.suffix.lower() in (".html", ".htm"):
+        return True
+    if file.suffix.lower() != ".json" or not file.is_file():
+        return False
+    with file.open("rb") as stream:
+        return OWN_RESULT.match(stream.read(HEAD)) is not None
