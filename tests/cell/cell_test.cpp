@@ -129,7 +129,6 @@ TEST_CASE("any numbers at all go through the file unchanged") {
 
 TEST_CASE("all cells of the reference cases load and round trip exactly") {
   const auto cases = test::reference("cases");
-  if (cases.empty()) return;
   int count = 0;
   for (const auto& entry : std::filesystem::directory_iterator(cases)) {
     if (!entry.is_directory()) continue;

@@ -53,7 +53,6 @@ std::string message(const auto& call) {
 
 TEST_CASE("the catalogue holds every effect of the reference catalogue, on its target and with its parameters") {
   const auto file = test::reference("effects.md");
-  if (file.empty()) return;
   std::ifstream stream(file);
   std::map<std::string, std::set<std::string>> wanted;
   std::map<std::string, std::string> targets;

@@ -14,6 +14,7 @@
 #include <kr5/io/node.hpp>
 #include <kr5/predict/fast_simulator.hpp>
 #include <support/rates.hpp>
+#include <support/reference.hpp>
 #include <support/trials.hpp>
 
 #include "gap/diagnosis_matchers.hpp"
@@ -26,12 +27,7 @@ using test::names_only;
 using test::text;
 
 TEST_CASE("every labelled recording is told right", "[long][not_sanitized]") {
-  const std::filesystem::path folder = std::filesystem::path(KR5_REFERENCE_DIR) / "cases";
-  if (!std::filesystem::exists(folder / "labels.json")) {
-    WARN("no recordings in " << folder << ": skipped");
-    REQUIRE(std::getenv("CI") == nullptr);
-    return;
-  }
+  const std::filesystem::path folder = test::reference("cases");
   const io::Node labels = io::load_yaml(folder / "labels.json");
   REQUIRE(labels.entries.size() == 14);
   int number = 0;

@@ -5,6 +5,8 @@
 #include <kr5/core/error.hpp>
 #include <kr5/rsi/layout_file.hpp>
 
+#include "wire_messages.hpp"
+
 using namespace kr5;
 using namespace kr5::rsi;
 using Catch::Contains;
@@ -25,7 +27,7 @@ int count(const std::string& text, const std::string& what) {
 }
 
 TEST_CASE("the files of a KR C4 with RSI 3 have the numbers of a published driver") {
-  TelegramLayout layout = load_layout(std::string(KR5_REFERENCE_DIR) + "/data/rsi_wire/krc4_ros_rsi_ethernet.xml");
+  TelegramLayout layout = test::wire_layout("krc4_ros_rsi_ethernet.xml");
   layout.controller = Controller::Krc4Rsi3;
   const ControllerFiles files = controller_files(layout, {.name = "ros_rsi", .axis_limit = M_PI / 2});
   CHECK((files.unwired.empty() && files.unconfirmed.empty()));
@@ -86,7 +88,7 @@ TEST_CASE("modes, frames, starts and cycles reach the program") {
 }
 
 TEST_CASE("a KR C2 wires its objects in the program") {
-  TelegramLayout layout = load_layout(std::string(KR5_REFERENCE_DIR) + "/data/rsi_wire/krc2_ros_rsi_ethernet.xml");
+  TelegramLayout layout = test::wire_layout("krc2_ros_rsi_ethernet.xml");
   const ControllerFiles files = controller_files(layout, {.axis_limit = M_PI * 100 / 180});
   CHECK((files.files.size() == 2 && files.unwired.empty() && files.unconfirmed.empty()));
   const std::string program = text_of(files, "kr5_rsi.src");
@@ -101,7 +103,7 @@ TEST_CASE("a KR C2 wires its objects in the program") {
 }
 
 TEST_CASE("what cannot be wired is told, and readings have their sources") {
-  TelegramLayout layout = load_layout(std::string(KR5_REFERENCE_DIR) + "/data/rsi_wire/fzi_ros_rsi_ethernet.xml");
+  TelegramLayout layout = test::wire_layout("fzi_ros_rsi_ethernet.xml");
   ControllerFiles files = controller_files(layout);
   CHECK(files.unwired.empty());
   CHECK_THAT(text_of(files, "kr5_rsi.rsix"), Contains("<Input InIdx=\"5\" OutObjId=\"GEARTORQUE1\" OutIdx=\"5\" />"));

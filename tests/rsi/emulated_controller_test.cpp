@@ -480,7 +480,6 @@ TEST_CASE("robots and options that do not fit are refused with what is wrong") {
 }
 
 TEST_CASE("telegrams and answers of published drivers go through") {
-  if (test::reference("data/rsi_wire").empty()) return;
   EmulationOptions options;
   options.rules.first_ipoc = 123645634563;
   Tested controller(options, test::wire_layout("krc4_ros_rsi_ethernet.xml"));

@@ -5,12 +5,12 @@
 #include <kr5/core/error.hpp>
 #include <kr5/io/node.hpp>
 
+#include "wire_messages.hpp"
+
 using namespace kr5;
 using namespace kr5::rsi;
 
 namespace layout_file_test {
-
-const std::string wire = std::string(KR5_REFERENCE_DIR) + "/data/rsi_wire/";
 
 bool same(const std::vector<TelegramElement>& a, const std::vector<TelegramElement>& b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const TelegramElement& x, const TelegramElement& y) {
@@ -29,13 +29,13 @@ void reads_back(const TelegramLayout& layout) {
 }
 
 TEST_CASE("the configurations of published drivers are read, and written back") {
-  const TelegramLayout c4 = load_layout(wire + "krc4_ros_rsi_ethernet.xml");
+  const TelegramLayout c4 = load_layout(test::wire_file("krc4_ros_rsi_ethernet.xml"));
   CHECK((c4.controller == Controller::Krc4 && c4.port == 49152 && c4.sensor_type == "ImFree" && !c4.only_send));
   CHECK((c4.send.size() == 5 && c4.receive.size() == 6));
   CHECK((c4.receive[2].tag == "AK.A3" && c4.receive[2].index == 3 && c4.receive[2].hold == true));
-  const TelegramLayout c2 = load_layout(wire + "krc2_ros_rsi_ethernet.xml");
+  const TelegramLayout c2 = load_layout(test::wire_file("krc2_ros_rsi_ethernet.xml"));
   CHECK((c2.controller == Controller::Krc2 && c2.transport == Transport::Udp && c2.send[0].unit == "0"));
-  const TelegramLayout fzi = load_layout(wire + "fzi_ros_rsi_ethernet.xml");
+  const TelegramLayout fzi = load_layout(test::wire_file("fzi_ros_rsi_ethernet.xml"));
   CHECK((fzi.address == "192.168.3.20" && fzi.sensor_type == "KukaRsiDriver" && fzi.send.size() == 13));
   CHECK((fzi.send[11].tag == "ProgStatus.R" && fzi.send[11].type == ValueType::Long && fzi.send[11].index == 7));
   for (const TelegramLayout& layout : {c4, c2, fzi}) reads_back(layout);
@@ -71,8 +71,8 @@ TEST_CASE("a configuration that is none is refused with its line") {
   CHECK_THROWS_WITH(parse_layout("", "f"), Catch::Contains("f:1"));
   CHECK_THROWS_WITH(parse_layout("<a>", "f"), Catch::Contains("no XML"));
   CHECK_THROWS_WITH(parse_layout("<ROOT/>", "f"), Catch::Contains("CONFIG"));
-  CHECK_THROWS_WITH(load_layout(wire + "krc4_ros_rsi.rsi.xml"), Catch::Contains("signal flow"));
-  CHECK_THROWS_AS(load_layout(wire + "not_there.xml"), IoError);
+  CHECK_THROWS_WITH(load_layout(test::wire_file("krc4_ros_rsi.rsi.xml")), Catch::Contains("signal flow"));
+  CHECK_THROWS_AS(load_layout(test::wire_file("not_there.xml")), IoError);
 }
 
 TEST_CASE("texts that XML does not bear are not written") {

@@ -278,7 +278,6 @@ TEST_CASE("views that no calibration can use are refused with the reason") {
 TEST_CASE("on OpenCV's chessboard images the fit is as good as OpenCV's, and the focal length agrees",
           "[not_sanitized]") {
   const std::filesystem::path folder = reference("data/camera_opencv_stereo");
-  if (folder.empty()) return;
   const Target board = parse_target("chessboard:6x9:0.025");
   for (const std::string side : {"left", "right"}) {
     std::vector<View> views;
@@ -303,7 +302,6 @@ TEST_CASE("on OpenCV's chessboard images the fit is as good as OpenCV's, and the
 
 TEST_CASE("ViSP's five small images of circles are calibrated as well as by ViSP and OpenCV") {
   const std::filesystem::path folder = reference("data/camera_visp");
-  if (folder.empty()) return;
   std::vector<View> views;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     const std::string ending = entry.path().extension();

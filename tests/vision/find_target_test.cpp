@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
@@ -9,6 +8,8 @@
 #include <kr5/core/random.hpp>
 #include <kr5/vision/find_target.hpp>
 #include <kr5/vision/render.hpp>
+
+#include "support/reference.hpp"
 
 namespace find_target_test {
 
@@ -48,16 +49,9 @@ double worst_error(const View& seen, const View& truth) {
   return worst;
 }
 
-fs::path reference(const char* folder) { return fs::path(KR5_REFERENCE_DIR) / "data" / folder; }
-
-/// Images of a folder of the reference data; without the data the test says so, and fails on CI.
+/// Images of a folder of the reference data.
 std::vector<fs::path> images(const fs::path& folder, const std::string& prefix = "") {
   std::vector<fs::path> files;
-  if (!fs::exists(folder)) {
-    if (std::getenv("CI")) FAIL("reference data are missing: " << folder);
-    WARN("skipped, reference data are missing: " << folder);
-    return files;
-  }
   for (const auto& entry : fs::directory_iterator(folder)) {
     const std::string ending = entry.path().extension();
     if ((ending == ".png" || ending == ".jpg") && entry.path().filename().string().starts_with(prefix))
@@ -282,7 +276,7 @@ TEST_CASE("bad options and empty images are refused") {
 
 TEST_CASE("all 47 tags of the AprilTag reference images are found with default options, and no other") {
   int expected = 0, hit = 0, other = 0;
-  for (const fs::path& file : images(reference("tags_apriltag"))) {
+  for (const fs::path& file : images(test::reference("data/tags_apriltag"))) {
     std::vector<std::pair<int, Eigen::Vector2d>> truth;
     std::ifstream list(fs::path(file).replace_extension(".txt"));
     for (std::string line; std::getline(list, line);) {
@@ -305,25 +299,24 @@ TEST_CASE("all 47 tags of the AprilTag reference images are found with default o
       }
     }
   }
-  if (!fs::exists(reference("tags_apriltag"))) return;
   CHECK(expected == 47);
   CHECK(hit == expected);
   CHECK(other == 0);
 }
 
 TEST_CASE("targets are found in every real image that shows them") {
-  const fs::path industrial = reference("handeye_industrial_calibration");
+  const fs::path industrial = test::reference("data/handeye_industrial_calibration");
   const auto dots = images(industrial / "test_set_10x10/images");
   CHECK(found_in(dots, "circles:10x10:0.0254", 100) == static_cast<int>(dots.size()));
   const auto charuco = images(industrial / "test_set_charuco/images");
   CHECK(found_in(charuco, "charuco:aruco_6x6_250:7x5:0.036195:0.018256", 6) >= static_cast<int>(charuco.size()) - 1);
-  const auto tags = images(reference("handeye_visp_franka") / "eye-to-hand");
+  const auto tags = images(test::reference("data/handeye_visp_franka") / "eye-to-hand");
   CHECK(found_in(tags, "tag:36h11:10:0.048", 4) == static_cast<int>(tags.size()));
-  const auto boards = images(reference("handeye_visp_franka") / "eye-in-hand");
+  const auto boards = images(test::reference("data/handeye_visp_franka") / "eye-in-hand");
   CHECK(found_in(boards, "chessboard:6x9:0.0236", 54) == static_cast<int>(boards.size()));
-  const auto circles = images(reference("camera_visp"));
+  const auto circles = images(test::reference("data/camera_visp"));
   CHECK(found_in(circles, "circles:6x6:0.034", 36) == static_cast<int>(circles.size()));
-  const auto stereo = images(reference("camera_opencv_stereo"));
+  const auto stereo = images(test::reference("data/camera_opencv_stereo"));
   CHECK(found_in(stereo, "chessboard:6x9:0.025", 54) == static_cast<int>(stereo.size()));
 }
 
