@@ -8,11 +8,7 @@ import numpy as np
 import pytest
 from kr5 import rsi
 
-
-def free_port() -> int:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
+from free_ports import free_port
 
 
 def test_a_layout_goes_to_its_configuration_and_back():

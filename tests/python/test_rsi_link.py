@@ -1,6 +1,7 @@
 """`kr5 rsi doctor` and `kr5 rsi monitor` at a controller that is written here from the description of the interface,
 and that misbehaves in chosen ways."""
 
+import contextlib
 import json
 import os
 import re
@@ -17,11 +18,13 @@ import numpy as np
 import pytest
 from kr5 import rsi
 
+from free_ports import free_port
 from kr5_tools.rsi.findings import WORDS, finding_words
 
 HOME = (10.0, -80.0, 95.0, 5.0, 60.0, -20.0)  # [deg]
 POSE = (445.0, 20.0, 790.0, 10.0, 85.0, -5.0)  # [mm, deg]
 PATIENCE = 25  # cycles
+PRIORITY = 50  # below that of the link
 PUNCTUAL = 0.03  # [s] by which a telegram may go late from a computer that has time for a controller
 TRIALS = 5  # of a busy computer
 LATENESS = {"jitter", "late_answers"}  # what a busy computer may add, and no more
@@ -38,12 +41,6 @@ CONFIGURATION = """<ROOT>
 </ROOT>
 """
 RECEIVE = "".join(f'<ELEMENT TAG="AK.A{i}" TYPE="DOUBLE" INDX="{i}" HOLDON="1" />' for i in range(1, 7))
-
-
-def free_port() -> int:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 @dataclass
@@ -66,6 +63,7 @@ class Controller(threading.Thread):
     over: threading.Event = field(default_factory=threading.Event)
     waiting: dict = field(default_factory=dict)  # IPOC of what is not answered, with its number
     heard: bool = False
+    first_heard: int = 0  # telegram whose answer it was
     sent: int = 0
     late: int = 0
     most: float = 0.0  # motion of an axis [deg]
@@ -95,6 +93,8 @@ class Controller(threading.Thread):
         return self.change(text).encode()
 
     def run(self):
+        with contextlib.suppress(PermissionError):  # where it may, it keeps its cycle beside other work, as a real one
+            os.sched_setscheduler(threading.get_native_id(), os.SCHED_FIFO, os.sched_param(PRIORITY))
         self.ipoc, moved, correction, due = 4208163, np.zeros(6), np.zeros(6), time.monotonic()
         with (
             socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as end,
@@ -103,7 +103,8 @@ class Controller(threading.Thread):
             end.setblocking(False)
             while not self.over.is_set():
                 self.sent += 1
-                if self.restart and self.sent % self.restart == 0:
+                # Counted from the first answer, so that who began to listen late meets no other pause.
+                if self.restart and self.heard and (self.sent - self.first_heard) % self.restart == 0:
                     time.sleep(0.8)
                     self.ipoc, due = 1000, time.monotonic()
                     self.waiting.clear()
@@ -136,7 +137,7 @@ class Controller(threading.Thread):
         for text in self.answers(end):
             if not self.heard:
                 self.waiting.clear()  # before, nobody was there
-            self.heard = True
+                self.heard, self.first_heard = True, self.sent
             ipoc = re.search("<IPOC>(.*)</IPOC>", text)[1]
             if f'<Sen Type="{self.sensor_type}">' in text and ipoc in self.waiting:
                 del self.waiting[ipoc]
@@ -181,16 +182,27 @@ def doctor(run_kr5, layout_file):
                 done = run_kr5(
                     "rsi", "doctor", file, "--for", seconds, "--listen", "127.0.0.1", "--json", "o.json", *options
                 )
+            assert done.returncode in (0, 1), (done.returncode, done.stderr)
             if controller.delay < PUNCTUAL:
                 break
-        data = json.loads((file.parent / "o.json").read_text()) if done.returncode < 2 else None
-        return done, data, controller
+        return done, json.loads((file.parent / "o.json").read_text()), controller
 
     return run
 
 
 def kinds(data) -> set[str]:
     return {f["kind"] for f in data["findings"]}
+
+
+def test_a_free_port_stays_free_until_somebody_listens():
+    ports = [free_port() for _ in range(50)]
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        other.bind(("127.0.0.1", 0))
+        assert max(ports) < other.getsockname()[1]  # the kernel has a range of its own
+    assert len(set(ports)) == 50
+    for port in ports:  # as another process that asks for one
+        with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as mark, pytest.raises(OSError):
+            mark.bind(("127.0.0.1", port))
 
 
 def test_a_sound_link_is_called_sound(doctor):

@@ -1,7 +1,6 @@
 """`kr5 run --through-rsi` and the jobs through a link of kr5.work. What they do is tested in C++."""
 
 import io
-import socket
 from types import SimpleNamespace
 
 import pytest
@@ -13,6 +12,7 @@ import conftest
 
 work = pytest.importorskip("kr5.work", reason="this kr5 was built without DART, ViSP, PCL or SQLite")
 
+from free_ports import free_port
 from kr5_tools.cli import tables
 from kr5_tools.work import job_cell, linked_run, run
 
@@ -20,12 +20,6 @@ from kr5_tools.work import job_cell, linked_run, run
 @pytest.fixture(scope="module")
 def given(share):
     return load_cell(share / "cells/kr5_arc.yaml")
-
-
-def free_port() -> int:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 def begun(given):
