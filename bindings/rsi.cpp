@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <array>
+#include <filesystem>
 #include <string>
 
 #include <kr5/core/error.hpp>
@@ -47,7 +48,7 @@ void bind_layout(py::module_& m) {
   m.def("parse_layout", &parse_layout, py::arg("xml"), py::arg("source"),
         "Layout of a sensor configuration; raises IoError with line and element.");
   m.def(
-      "load_layout", [](const std::string& file) { return load_layout(file); }, py::arg("file"),
+      "load_layout", [](const std::filesystem::path& file) { return load_layout(file); }, py::arg("file"),
       "Layout of the sensor configuration in a file.");
   m.def("layout_xml", &layout_xml, py::arg("layout"), "Sensor configuration of a layout, for the controller.");
 }

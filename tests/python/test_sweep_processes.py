@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -34,6 +35,10 @@ def end_once(flag, number, _):
     if number == 1 and not Path(flag).exists():
         Path(flag).touch()
         os._exit(1)
+    return kr5.__version__, [number]
+
+
+def numbered(number):
     return kr5.__version__, [number]
 
 
@@ -92,6 +97,26 @@ def test_a_batch_whose_worker_ended_is_run_again(tmp_path):
 def test_a_batch_that_ends_every_worker_is_blamed():
     with pytest.raises(kr5.InvalidArgument, match="3 workers ended during the same trials; is there enough memory"):
         runner.run_job(job(end_process), 2, None, list)
+    assert not multiprocessing.active_children()
+
+
+@pytest.mark.parametrize("wait", [0.0, 0.02, 0.1, 0.3])
+def test_processes_that_are_killed_while_they_start_are_replaced(monkeypatch, wait):
+    killed = []
+
+    class Killed(processes.Process):
+        def __init__(self):
+            super().__init__()
+            if len(killed) < 3:  # of which two begin with the pool
+                killed.append(self._process.pid)
+                threading.Timer(wait, os.kill, (self._process.pid, signal.SIGKILL)).start()
+
+    monkeypatch.setattr(processes, "Process", Killed)
+    kept = []
+    runner.run_job(
+        runner.Job(numbered, lambda count: [(k,) for k in range(10)], 10, "trying", "trials"), 2, None, kept.extend
+    )
+    assert sorted(kept) == list(range(10)) and len(killed) >= 2
     assert not multiprocessing.active_children()
 
 

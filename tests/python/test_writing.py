@@ -13,13 +13,17 @@ import sys
 import threading
 from pathlib import Path
 
+import kr5.rsi
 import kr5.vision
 import numpy as np
 import pytest
 import typer
 from kr5.files import writing
 from kr5.files.inputs import is_read
+from kr5.logs.log_file import read_log
 
+from arm_logs import STATES, state, written_bag
+from command_runner import run_command
 from kr5_tools.pages.rendering import script_json
 
 
@@ -339,6 +343,97 @@ def test_a_name_that_is_no_utf_8_is_read_and_told(run_kr5, share, tmp_path):
     os.rename(file, os.fsencode(tmp_path) + b"/z\xff.png")
     done = run_kr5("detect", os.fsdecode(os.fsencode(tmp_path) + b"/z\xff.png"), "--family", "36h11")
     assert done.returncode == 2 and done.stderr.startswith("error:") and "Traceback" not in done.stderr
+
+
+ODD = os.fsdecode(b"z\xff")  # in the name of every input
+ODD_INPUTS = [
+    ("gap", "measure", ODD, "--json", "m.json", "--png", "m.png"),
+    ("gap", "measure", f"{ODD}.csv", "--model", f"{ODD}.urdf"),
+    ("gap", "measure", f"{ODD}.parquet", "--model", f"{ODD}.urdf"),
+    ("gap", "measure", f"{ODD}.db3", "--model", f"{ODD}.urdf"),
+    ("gap", "measure", f"{ODD}-bag", "--model", f"{ODD}.urdf"),
+    ("replay", ODD, "-o", f"{ODD}.html"),
+    ("cell", "export", f"{ODD}.yaml", "--original", f"{ODD}.urdf", "-o", f"{ODD}-new.urdf"),
+    ("cell", "import", f"{ODD}.xml", "-o", f"{ODD}-new.yaml"),
+    ("rsi", "files", f"{ODD}-link.xml", "-o", f"{ODD}-new"),
+    ("report", f"{ODD}.json", "-o", f"{ODD}-page.html"),
+]
+
+
+@pytest.fixture(scope="module")
+def odd_inputs(share, tmp_path_factory):
+    """A recording, a log in several forms, models of its arm, a link and a result: of names that are no UTF-8."""
+    rosbags = pytest.importorskip("rosbags.typesys", reason="pip install 'kr5[bags]'")
+    parquet = pytest.importorskip("pyarrow.parquet", reason="pip install 'kr5[parquet]'")
+    import pyarrow
+
+    folder = tmp_path_factory.mktemp("odd")
+    shutil.copytree(share / "data/friction", folder / ODD)
+    for name in ("arm.urdf", "joint_states.csv"):
+        shutil.copy(share / "data/arm_log" / name, folder / f"{ODD}{Path(name).suffix}")
+    for words in (
+        ("cell", "import", f"{ODD}.urdf", "-o", f"{ODD}.yaml"),
+        ("cell", "export", f"{ODD}.yaml", "-o", f"{ODD}.xml"),
+        ("gap", "measure", ODD, "-o", f"{ODD}.json"),
+    ):
+        done = run_command(*words, cwd=folder)
+        assert done.returncode == 0, done.stderr
+    (folder / f"{ODD}-link.xml").write_text(kr5.rsi.layout_xml(kr5.rsi.usual_layout("krc4")))
+    log = read_log(folder / f"{ODD}.csv")
+    with (folder / f"{ODD}.parquet").open("wb") as stream:
+        parquet.write_table(pyarrow.table({name.replace("/", "."): v for name, v in log.columns.items()}), stream)
+    ros = rosbags.get_typestore(rosbags.Stores.ROS2_HUMBLE)
+    joints = ["shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3"]
+    columns = [f"/joint_states/{joint}_joint" for joint in joints]
+    q, tau = (np.column_stack([log.columns[f"{c}/{what}"] for c in columns]) for what in ("position", "effort"))
+    times = log.columns["__time"]
+    rows = [("/joint_states", t, state(ros, t, [f"{j}_joint" for j in joints], *now)) for t, *now in zip(times, q, tau)]
+    written_bag(folder / "bag", ros, STATES, rows)
+    shutil.copy(next((folder / "bag").glob("*.db3")), folder / f"{ODD}.db3")
+    (folder / "bag").rename(folder / f"{ODD}-bag")
+    return folder
+
+
+@pytest.mark.parametrize("words", ODD_INPUTS, ids=lambda words: os.fsencode(" ".join(words[:3])).decode("latin1"))
+def test_inputs_of_names_that_are_no_utf_8_are_read_in_every_form(run_kr5, odd_inputs, tmp_path, words):
+    for file in odd_inputs.iterdir():
+        (tmp_path / file.name).symlink_to(file)
+    done = run_kr5(*words)
+    assert done.returncode == 0 and "Traceback" not in done.stderr, done.stderr
+
+
+KILLED = """
+import os
+import signal
+from kr5.files import writing
+
+def kill(*_):
+    os.kill(os.getpid(), signal.SIGKILL)
+
+with writing.held_back():
+    writing.write_text("new", "a")
+    with writing.beside("b") as new:
+        new.write_text("ne")
+        if {before}:
+            kill()
+        new.write_text("new")
+    put, done = writing._put, []
+    def stop(*files):
+        if done:
+            kill()
+        done.append(files)
+        put(*files)
+    writing._put = stop
+"""
+
+
+@pytest.mark.parametrize("before, left", [(True, ["old", "old"]), (False, ["new", "old"])])
+def test_a_process_that_is_killed_leaves_whole_files(tmp_path, before, left):
+    for name in ("a", "b"):
+        (tmp_path / name).write_text("old")
+    done = subprocess.run([sys.executable, "-c", KILLED.format(before=before)], cwd=tmp_path, check=False)
+    assert done.returncode == -9
+    assert [(tmp_path / name).read_text() for name in ("a", "b")] == left
 
 
 def test_files_are_written_although_nobody_reads_what_is_said(share, tmp_path):

@@ -1,7 +1,10 @@
-"""Paths: of files that ship with kr5, in the checkout or beside an installed package, and as the library takes them."""
+"""Paths: of files that ship with kr5, in the checkout or beside an installed package, and names that are no UTF-8."""
 
+import contextlib
 import os
 import stat
+import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +37,23 @@ def is_same(a: Path, b: Path) -> bool:
         return False
 
 
+def shown_name(file: Path | str) -> str:
+    """The name as text; what of it is no UTF-8 stands as \\udcff and so on."""
+    return str(file).encode("utf-8", errors="backslashreplace").decode("utf-8")
+
+
 def library_path(file: Path | str) -> Any:
-    """A path as functions of kr5 take it that want text: its bytes, since names of files need not be UTF-8."""
+    """A path as functions of C++ take it that want text: its bytes, since names of files need not be UTF-8."""
     return os.fsencode(file)
+
+
+@contextlib.contextmanager
+def plain_path(file: Path) -> Iterator[Path]:
+    """A path for libraries that take UTF-8 alone: the file itself, or a link to it."""
+    if shown_name(file) == str(file):
+        yield file
+        return
+    with tempfile.TemporaryDirectory(prefix="kr5-") as folder:
+        link = Path(folder) / f"file{shown_name(file.suffix)}"
+        link.symlink_to(file.resolve())
+        yield link

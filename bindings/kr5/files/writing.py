@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 import kr5
 from kr5.files.inputs import is_read
-from kr5.files.paths import is_device, is_same
+from kr5.files.paths import is_device, is_same, shown_name
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -253,10 +253,19 @@ def write_json(data: object, file: Path | str | None) -> None:
         write_text(json.dumps(to_plain(data), indent=1, ensure_ascii=False) + "\n", file)
 
 
+def make_printable(figure: Figure) -> None:
+    """Names of files in the texts of a figure need not be UTF-8, which is all that matplotlib draws."""
+    from matplotlib.text import Text
+
+    for text in figure.findobj(Text):
+        text.set_text(shown_name(text.get_text()))
+
+
 def save_figure(
     figure: Figure, file: Path | str, dpi: float | None = None, metadata: dict[str, str | None] | None = None
 ) -> None:
     """A figure of matplotlib, in the format that the ending of the file names."""
+    make_printable(figure)
     buffer = io.BytesIO()  # a writer of matplotlib that meets a full disk complains of itself instead
     figure.savefig(buffer, format=Path(file).suffix[1:].lower() or None, dpi=dpi, metadata=metadata)
     write_bytes(buffer.getvalue(), file)

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import kr5
+from kr5.files.paths import plain_path
 from kr5.logs.log import Log
 from kr5.logs.messages import MessageTable
 
@@ -26,6 +27,12 @@ def _parts(folder: Path) -> list[Path]:
     return sorted(file for pattern in PARTS for file in folder.glob(pattern))
 
 
+def _files(path: Path) -> list[Path]:
+    """What the reader is given: the file, the folder, or the parts of a folder that has no description."""
+    whole = path.is_file() or (path / "metadata.yaml").is_file()
+    return [path] if whole else _parts(path)
+
+
 def read_bag(path: Path) -> Log:
     """Every number of every message: `/joint_states:position.a1` where a message lists names."""
     try:
@@ -35,8 +42,10 @@ def read_bag(path: Path) -> Log:
         raise kr5.FileError(path, f"to read a ROS bag, the package rosbags is needed: {INSTALL}") from None
     table, kinds = MessageTable(path), dict[str, str]()
     try:
-        whole = path.is_file() or (path / "metadata.yaml").is_file()
-        with AnyReader([path] if whole else _parts(path), default_typestore=get_typestore(Stores.LATEST)) as reader:
+        with (
+            plain_path(path) as place,
+            AnyReader(_files(place), default_typestore=get_typestore(Stores.LATEST)) as reader,
+        ):
             kinds = {c.topic: c.msgtype for c in reader.connections}
             wanted = [c for c in reader.connections if c.msgtype.split("/")[-1] not in LEFT_OUT]
             if wanted:  # of none, rosbags would read all

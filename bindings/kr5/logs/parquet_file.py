@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 import kr5
+from kr5.files.paths import plain_path
 from kr5.logs.log import Log
 from kr5.logs.row_chunks import WIDEST, cut_note, kept_rows, needed_columns
 
@@ -40,7 +41,8 @@ def open_parquet(file: Path) -> Any:
     except ImportError:
         raise kr5.FileError(file, f"to read Parquet, the package pyarrow is needed: {INSTALL}") from None
     try:
-        return pyarrow.parquet.ParquetFile(file, pre_buffer=False, buffer_size=BUFFER)  # not the whole file at once
+        with plain_path(file) as path:
+            return pyarrow.parquet.ParquetFile(path, pre_buffer=False, buffer_size=BUFFER)  # not the whole file at once
     except (pyarrow.ArrowException, OSError) as error:
         why = str(error).split("\n")[0][:200]
         raise kr5.FileError(

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 import kr5
 from kr5 import cell as kr5_cell
+from kr5.files.paths import library_path
 from kr5.kinematics import Body, merged_body, transformed_body
 from kr5.models.mjcf_actuators import servo_notes, servos_of
 
@@ -157,7 +158,7 @@ def load_mjcf(file: Path, base: str = "", tip: str = "") -> MjcfArm:
     """
     mujoco = import_mujoco(file)
     try:
-        spec = mujoco.MjSpec.from_file(str(file))
+        spec = mujoco.MjSpec.from_file(library_path(file))
         drop_missing_meshes(spec, file)
         fusestatic, spec.compiler.fusestatic = bool(spec.compiler.fusestatic), False
         with warnings.catch_warnings(action="ignore"):  # of what is out of date in the file

@@ -13,6 +13,7 @@ import kr5.cell
 from kr5 import cell as kr5_cell
 from kr5 import physics
 from kr5.files import writing
+from kr5.files.paths import shown_name
 from kr5.models.forms import FORMS, Form, lost_field_reason
 from kr5.models.kinds import NAMES, Kind, kind_of_file, kind_of_output, model_text
 from kr5.models.mjcf_actuators import AS_FOUND, DryFriction
@@ -175,7 +176,7 @@ def _text(cell: kr5.cell.Cell, out: WrittenModel, to: _Place) -> str:
 
 
 def _updated_urdf(cell: kr5.cell.Cell, out: WrittenModel, original: Path, base: str, tip: str) -> str:
-    update = kr5_cell.update_urdf(cell, model_text(original), str(original), base, tip)
+    update = kr5_cell.update_urdf(cell, model_text(original), shown_name(original), base, tip)
     out.changes = list(update.changes)
     if out.file.resolve().parent == original.resolve().parent:
         return str(update.xml)

@@ -5,6 +5,7 @@ from collections.abc import Iterable
 from typing import Any
 
 import numpy.typing as npt
+from kr5.files.paths import shown_name
 from rich.cells import cell_len
 from rich.console import Console, ConsoleOptions, JustifyMethod, RenderResult
 from rich.markup import escape
@@ -163,7 +164,7 @@ def make_table(
     texts = [[column] for column in columns]
     for row in rows:
         for cells, cell in zip(texts, row):
-            cells.append(format_number(cell) if isinstance(cell, float) else str(cell))
+            cells.append(format_number(cell) if isinstance(cell, float) else shown_name(str(cell)))
         for cells in texts:  # of a row that is shorter
             cells += [""] * (max(map(len, texts)) - len(cells))
     is_text = {0, *text}

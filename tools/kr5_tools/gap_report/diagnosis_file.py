@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import kr5.gap
+from kr5.files.paths import shown_name
 from kr5.models.mujoco_check import MujocoCheck
 
 FORMATS = ("kr5-gap/2", "kr5-gap/1")
@@ -45,4 +46,4 @@ def read_diagnosis(file: Path) -> DiagnosisFile:
 
     data = results.read_result(file, *FORMATS)
     text = documents.read_text(file, "a diagnosis written by kr5 gap diagnose")
-    return diagnosis_of(kr5.gap.diagnosis_from_json(text, str(file)), data)
+    return diagnosis_of(kr5.gap.diagnosis_from_json(text, shown_name(file)), data)

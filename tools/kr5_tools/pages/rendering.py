@@ -61,9 +61,11 @@ def render_page(template: str, **values: object) -> str:
 
 def embed_plot(plot: ShownPlot) -> dict[str, Any]:
     """A plot with its figure as SVG, a part of the page, so that its colours follow the page's theme."""
+    from kr5.files import writing
     from markupsafe import Markup, escape
 
     buffer = io.StringIO()
+    writing.make_printable(plot.figure)
     plot.figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None}, transparent=True, dpi=120)
     text = themed_svg(buffer.getvalue())
     label = escape(f"{plot.title}. {plot.text}")

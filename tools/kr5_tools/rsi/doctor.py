@@ -7,6 +7,7 @@ from typing import Annotated, Any
 import typer
 from kr5 import rsi
 from kr5.files import writing
+from kr5.files.paths import library_path
 from rich.markup import escape
 
 from kr5_tools.cli import arguments, tables, terminal
@@ -69,7 +70,7 @@ def doctor(
     sound, 1 where it is not or too little came, 2 for bad input.
     """
     writing.check_writable(json_file, inputs=[layout_file, cell])
-    layout = rsi.load_layout(str(layout_file))
+    layout = rsi.load_layout(library_path(layout_file))
     if cell:
         import kr5.cell
 

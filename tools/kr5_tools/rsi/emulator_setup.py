@@ -11,6 +11,7 @@ from typing import Any
 import kr5
 import kr5.cell
 from kr5 import rsi
+from kr5.files.paths import library_path
 
 CONTROLLERS = ("krc2", "krc4_rsi3", "krc4", "krc5", "iiqka")
 ACTIONS: dict[str, Callable[[rsi.Emulator], None]] = {
@@ -81,7 +82,7 @@ def make_layout(
     """Layout of a configuration, else the usual one of the controller, with the address of the client where one is
     given."""
     if file:
-        layout = rsi.load_layout(str(file))
+        layout = rsi.load_layout(library_path(file))
         if controller:
             layout.controller = rsi.Controller(controller)
     else:

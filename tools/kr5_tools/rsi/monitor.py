@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import typer
 from kr5 import rsi
 from kr5.files import writing
+from kr5.files.paths import library_path
 from kr5.logs.row_log import Put, check_ending, row_log
 from rich.console import Group, RenderableType
 from rich.live import Live
@@ -71,7 +72,7 @@ def monitor(
     """
     check_ending(log)
     writing.check_writable(log, json_file, inputs=[layout_file])
-    layout = listening_layout(rsi.load_layout(str(layout_file)), port)
+    layout = listening_layout(rsi.load_layout(library_path(layout_file)), port)
     reader = rsi.LinkRowReader(layout)
     recorder = rsi.LinkRecorder(layout, link_options(layout, options, listen, passive))
     for remedy in rsi.real_time_remedies(recorder.real_time):
