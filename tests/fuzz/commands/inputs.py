@@ -6,12 +6,13 @@ import ast
 import json
 import shutil
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import log_inputs
 import numpy as np
 import yaml
+from fuzz_job import Job
 
 ROOT = Path(__file__).resolve().parents[3]
 SHARE = ROOT / "share"
@@ -26,7 +27,7 @@ experiments:
 - {name: motion-2, kind: motion, split: check, signal: way_points, start: 10.0, count: 2, reach: 0.5, speed: 0.45,
 pause: 0.1}
 - {name: motion-3, kind: motion, split: check, signal: one_by_one, start: 20.0, reach: 0.48, swing: 1.0}
-- {name: poses-1, kind: poses, split: fit, count: 8, start: 0.0, interval: 30.0, reach: 1.0}
+- {name: poses-1, kind: poses, split: fit, count: 10, start: 0.0, interval: 30.0, reach: 1.0}
 - {name: views-1, kind: views, split: fit, count: 4, start: 0.0, interval: 20.0, near: 0.35, far: 0.6, tilt: 0.5}
 - {name: scan-1, kind: scan, split: fit, passes: 1, lines: 3, points: 11, speeds: [0.01, 0.03]}
 - {name: step-1, kind: step, split: fit, heights: [0.01], rest: 1.0, duration: 2.0}
@@ -44,8 +45,8 @@ columns:
   wrench: {from: [Fx, Fy, Fz, Mx, My, Mz], unit: [N, N m], frame: [0, 0, 0, 0, 0, 0]}
 resample: {every: 0.012, low_pass: 30}
 experiments:
-- {name: motion-1, kind: motion, split: fit, to: 2.0}
-- {name: motion-2, kind: motion, split: check, from: 2.0}
+- {name: motion-1, kind: motion, split: fit, to: 3.5}
+- {name: motion-2, kind: motion, split: check, from: 3.5}
 """
 ARRAY_MAP = (
     MAP.replace("column: time", "column: t")
@@ -72,23 +73,9 @@ targets:
 options: {blur: 0.7, noise: 2, seed: 4}
 """
 BOARD = "chessboard:4x5:0.03"
+TAGS = "grid:36h11:2x3:0.03:0.01"
 CAMERA = {"width": 320, "height": 240, "fx": 300.0, "fy": 300.0, "cx": 159.5, "cy": 119.5}
 VIEWS = 6
-
-
-@dataclass(frozen=True)
-class Job:
-    """A command and the files that it reads."""
-
-    group: str  # row of the table
-    arguments: str  # with spaces between; relative to a folder that holds the files of `folder`
-    folder: str
-    files: tuple[str, ...]  # those to be changed, as patterns
-    outputs: tuple[str, ...] = ()  # files that were there and must stay when the command fails
-    weight: float = 1.0
-
-    def words(self) -> list[str]:
-        return self.arguments.split()
 
 
 def _result(group: str, name: str, weight: float = 1.0) -> Job:
@@ -170,23 +157,25 @@ JOBS = [
     ),
     Job(
         "clouds",
-        "pick cloud.ply --bin pick.yaml --frame 0,0,0,0,0,0 --json out.json",
+        "pick cloud.ply --bin pick.yaml --frame 0,0,0.5,3.14159265,0,0 --json out.json",
         "cell",
         ("cloud.ply",),
         ("out.json",),
     ),
     Job(
         "clouds",
-        "pick binary.ply --bin pick.yaml --frame 0,0,0,0,0,0 --json out.json",
+        "pick binary.ply --bin pick.yaml --json out.json",
         "cell",
         ("binary.ply",),
         ("out.json",),
     ),
     Job("clouds", "pick cloud.npz --bin pick.yaml --json out.json", "cell", ("cloud.npz",), ("out.json",)),
     Job("clouds", "pick cloud.pcd --bin pick.yaml --json out.json", "cell", ("cloud.pcd",), ("out.json",)),
+    Job("clouds", "pick binary.pcd --bin pick.yaml --json out.json", "cell", ("binary.pcd",), ("out.json",)),
+    Job("clouds", "pick compressed.pcd --bin pick.yaml --json out.json", "cell", ("compressed.pcd",), ("out.json",)),
     Job(
         "bins",
-        "bin empty --bin pick.yaml --pellets 1 --pitch 0.004 --json out.json",
+        "bin empty --bin pick.yaml --pellets 1 --pitch 0.0012 --json out.json",
         "cell",
         ("pick.yaml",),
         ("out.json",),
@@ -210,7 +199,7 @@ JOBS = [
     Job("diagnosis JSON", "report gap.json -o page.html", "diagnosis", ("gap.json",), ("page.html",), 2),
     Job(
         "diagnosis JSON",
-        "gap explain recording --diagnosis gap.json --json out.json",
+        "gap explain gap.json --recording recording --json out.json",
         "diagnosis",
         ("gap.json",),
         ("out.json",),
@@ -272,9 +261,9 @@ JOBS = [
     ),
     Job(
         "camera and map JSON",
-        "target print --target markers.json --dpi 50 -o board.png --json out.json",
+        "target print --target board.yaml --dpi 50 -o board.png --json out.json",
         "images",
-        ("markers.json",),
+        ("board.yaml",),
         ("board.png", "out.json"),
     ),
     Job(
@@ -300,6 +289,7 @@ JOBS = [
         ("link.xml",),
         ("out.json",),
         0.5,
+        1,  # nobody sends
     ),
     Job(
         "links",
@@ -308,6 +298,7 @@ JOBS = [
         ("link.xml",),
         ("log.csv", "out.json"),
         0.5,
+        1,
     ),
     Job("links", "rsi files link.xml -o new --json out.json", "cell", ("link.xml",), ("out.json",), 1),
     Job("cell files", "cell check cell.yaml --json out.json", "cell", ("cell.yaml",), (), 3),
@@ -329,6 +320,7 @@ JOBS = [
         "cell",
         ("cell.yaml",),
         ("out.json",),
+        code=1,  # nobody answers
     ),
     Job("cells in use", "replay cell.yaml -o page.html", "cell", ("cell.yaml",), ("page.html",), 2),
     Job("cells in use", "scene run scene.yaml --json out.json", "cell", ("cell.yaml",), ("out.json",), 2),
@@ -541,7 +533,7 @@ JOBS = [
     ),
     Job(
         "hand-eye folders",
-        "dataset guess . -o guess.yaml",
+        "dataset guess . --target chessboard:4x5:0.03 -o guess.yaml",
         "images",
         ("poses.csv", "camera.yaml"),
         ("guess.yaml",),
@@ -587,12 +579,13 @@ JOBS = [
     ),
     Job(
         "images",
-        "calibrate map images --camera camera.yaml --size 0.03 -o out.json",
+        "calibrate map markers --camera camera.yaml --size 0.03 -o out.json",
         "images",
-        ("images/*",),
+        ("markers/*",),
         ("out.json",),
         0.5,
     ),
+    *log_inputs.JOBS,
 ]
 
 # Commands without a job, and why.
@@ -630,13 +623,14 @@ def prepare(folder: Path, run: Callable[..., None]) -> None:
     _prepare_cells(folder / "cell", run)
     _prepare_recordings(folder, run)
     _prepare_logs(folder / "logs", folder / "recording" / "recording")
+    log_inputs.prepare(folder / "arm_logs", run)
     _prepare_poses(folder / "poses")
     _prepare_images(folder / "images")
     _prepare_uncertainty(folder / "uncertainty", run)
     run(folder / "sweep", "sweep insertion --cell cell.yaml --clearances 1 --trials 1 --workers 1 -o sweep")
     (folder / "sweep" / "sweep" / "report.html").unlink()
     run(folder / "cell", "insert --cell cell.yaml --clearance 1 --json ../results/insertion.json")
-    run(folder / "cell", "scene run easy.yaml --json ../results/scene.json")
+    run(folder / "cell", "scene run scene.yaml --json ../results/scene.json")
     run(folder / "recording", "gap measure recording --json ../results/gap.json")
     run(folder / "poses", "calibrate tool touches -o ../results/tool.json")
     run(folder / "poses", "calibrate timed hand.csv eye.csv -o ../results/timed.json")
@@ -665,13 +659,11 @@ def _prepare_cells(folder: Path, run: Callable[..., None]) -> None:
     (folder / "brief.yaml").write_text(yaml.safe_dump(brief, sort_keys=False))
     (folder / "render.yaml").write_text(RENDER)
     (folder / "bin.yaml").write_text("T_base_bin: [0.6, 0.0, 0.1, 0.0, 0.0, 0.3]\nsize: [0.1, 0.1, 0.08]\n")
-    for source, name in (("servo_step", "scene"), ("peg_against_wall", "push")):
+    for source, name, column in (("servo_step", "scene", "q6"), ("peg_against_wall", "push", "z")):
         scene = yaml.safe_load((SHARE / "scenes" / f"{source}.yaml").read_text(encoding="utf-8"))
-        scene.update(cell="cell.yaml", duration=0.1)
+        expected = {"column": column, "statistic": "max", "least": -10.0}  # of so short a run
+        scene.update(cell="cell.yaml", duration=0.1, expect=[expected])
         (folder / f"{name}.yaml").write_text(yaml.safe_dump(scene, sort_keys=False))
-    easy = yaml.safe_load((folder / "scene.yaml").read_text(encoding="utf-8"))
-    easy["expect"] = [{"column": "q6", "statistic": "max", "least": -10.0}]
-    (folder / "easy.yaml").write_text(yaml.safe_dump(easy, sort_keys=False))
     t = np.arange(100) * 0.012
     q = np.array([0.0, 0.02, -2.75, 0.0, -0.3, 1.571]) + 0.2 * (1 - np.cos(t))[:, None]
     _write_csv(folder / "given.csv", ["t", *(f"qc{k + 1}" for k in range(6))], np.column_stack([t, q]))
@@ -685,16 +677,22 @@ def _prepare_cells(folder: Path, run: Callable[..., None]) -> None:
 
 def _prepare_cloud(folder: Path) -> None:
     """One lying cylinder in a small bin, in each of the formats."""
-    x, y = (a.ravel() for a in np.meshgrid(np.arange(-0.03, 0.03, 0.0015), np.arange(-0.03, 0.03, 0.0015)))
+    from pypcd4 import Encoding, PointCloud
+
+    x, y = (a.ravel() for a in np.meshgrid(np.arange(-0.02, 0.02, 0.0008), np.arange(-0.02, 0.02, 0.0008)))
     lying = (np.abs(x) < 0.008) & (np.abs(y) < 0.0075)
     z = np.where(lying, 0.008 + np.sqrt(np.maximum(0.008**2 - x**2, 0)), 0.0)
     points = np.column_stack([x, y, z])
     np.savez(folder / "cloud.npz", points=points)
     np.savetxt(folder / "cloud.csv", points, delimiter=",", header="x,y,z", comments="", fmt="%.5f")
-    rows = "\n".join(f"{a:.5f} {b:.5f} {c:.5f}" for a, b, c in points)
+
+    def text(points: np.ndarray) -> str:
+        return "\n".join(f"{a:.5f} {b:.5f} {c:.5f}" for a, b, c in points)
+
+    seen = points * [1, -1, -1] + [0, 0, 0.5]  # by a scanner that looks down from a height of half a metre
     axes = "".join(f"property float {axis}\n" for axis in "xyz")
     (folder / "cloud.ply").write_text(
-        f"ply\nformat ascii 1.0\nelement vertex {len(points)}\n{axes}end_header\n{rows}\n"
+        f"ply\nformat ascii 1.0\nelement vertex {len(points)}\n{axes}end_header\n{text(seen)}\n"
     )
     faces = b"".join(bytes([3]) + np.array(corners, ">i4").tobytes() for corners in ((0, 1, 2), (1, 2, 3)))
     (folder / "binary.ply").write_bytes(
@@ -705,16 +703,18 @@ def _prepare_cloud(folder: Path) -> None:
     )
     (folder / "cloud.pcd").write_text(
         "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\n"
-        f"WIDTH {len(points)}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {len(points)}\nDATA ascii\n{rows}\n"
+        f"WIDTH {len(points)}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {len(points)}\nDATA ascii\n{text(points)}\n"
     )
+    for name, encoding in (("binary", Encoding.BINARY), ("compressed", Encoding.BINARY_COMPRESSED)):
+        PointCloud.from_xyz_points(points.astype(np.float32)).save(folder / f"{name}.pcd", encoding=encoding)
     (folder / "pick.yaml").write_text("T_base_bin: [0, 0, 0, 0, 0, 0]\nsize: [0.06, 0.06, 0.05]\n")
 
 
 def _prepare_recordings(folder: Path, run: Callable[..., None]) -> None:
     run(folder / "recording", "record --cell cell.yaml --protocol ../cell/protocol.yaml -o recording")
     shutil.copytree(folder / "recording" / "recording", folder / "diagnosis" / "recording")
-    shutil.copytree(folder / "recording" / "recording", folder / "cases" / "cases" / "case-000")
-    effect = {"effect": "payload", "target": "tool", "parameters": {"mass": 0.1}}
+    effect = {"effect": "coulomb_friction", "target": "joint3", "parameters": {"coulomb": 60.0}}
+    (folder / "cases" / "cases").mkdir()
     (folder / "cases" / "cases" / "labels.json").write_text(json.dumps({"case-000": {"effects": [effect]}}))
     # A worn cell, so that there are causes to tell of.
     worn = (folder / "cell" / "cell.yaml").read_text(
@@ -724,10 +724,13 @@ def _prepare_recordings(folder: Path, run: Callable[..., None]) -> None:
     shutil.rmtree(folder / "diagnosis" / "recording")
     run(folder / "diagnosis", "record --nominal --cell worn.yaml --protocol ../cell/protocol.yaml -o recording")
     run(folder / "diagnosis", "gap diagnose recording -o gap.json")
+    shutil.copytree(folder / "diagnosis" / "recording", folder / "cases" / "cases" / "case-000")
 
 
 def _prepare_logs(folder: Path, recording: Path) -> None:
-    rows = np.genfromtxt(recording / "motion-1.csv", delimiter=",", names=True)
+    once = np.genfromtxt(recording / "motion-1.csv", delimiter=",", names=True)
+    rows = np.concatenate([once, np.repeat(once[-1:], 80), once])  # a rest between, where a log may be cut
+    rows["t"] = 0.012 * np.arange(len(rows))
     degrees = 180 / np.pi
     wrench = np.column_stack([rows[c] for c in ("fx", "fy", "fz", "tx", "ty", "tz")])
     joints = {
@@ -795,7 +798,8 @@ def _prepare_poses(folder: Path) -> None:
             turn = Rotation.from_matrix(pose[:3, :3]) * Rotation.from_rotvec(random.normal(0, 1e-3, 3))
             rows.append([at, *pose[:3, 3] + random.normal(0, 1e-4, 3), *turn.as_quat()])
     names = ["t", "x", "y", "z", "qx", "qy", "qz", "qw"]
-    chain = kr5.cell.load_cell(folder / "cell.yaml").nominal_chain()
+    cell = kr5.cell.load_cell(folder / "cell.yaml")
+    chain, limits = cell.nominal_chain(), cell.robot.limits
     q = random.normal(size=(12, len(chain.joints)))
     places = [(chain.flange(row) @ [0.1, 0, 0.1, 1])[:3] + random.normal(0, 1e-4, 3) for row in q]
     joints = [f"q{k + 1}" for k in range(len(chain.joints))]
@@ -807,7 +811,7 @@ def _prepare_poses(folder: Path) -> None:
     shutil.copy(SHARE / "data/drives/kr5_table_b2.csv", folder / "readings.csv")
     _write_csv(folder / "postures.csv", [*joints, "x", "y", "z"], np.hstack([q, places]))
     _write_scan(folder / "scan")
-    _write_slow_motion(folder / "slow.csv", len(chain.joints))
+    _write_slow_motion(folder / "slow.csv", (np.array(limits.lower) + limits.upper) / 2)
     tau = random.uniform(-50, 50, (60, 2))
     angles = random.uniform(-1, 1, (60, 2))
     springs = np.hstack([angles, angles + tau / 2e4, tau])
@@ -822,16 +826,14 @@ def _prepare_poses(folder: Path) -> None:
     _prepare_pairs(folder, np.array(hand)[::24, 1:], np.array(eye)[::24, 1:])
 
 
-def _write_slow_motion(file: Path, joints: int) -> None:
+def _write_slow_motion(file: Path, middle: np.ndarray) -> None:
     """Joints to and fro, with torques that are friction and some harmonic."""
     t = np.arange(0.0, 30.0, 0.2)
-    phase = np.outer(t, 0.4 + 0.05 * np.arange(joints))
-    names = ["t", *(f"{kind}{k + 1}" for kind in ("q", "qd", "tau") for k in range(joints))]
-    _write_csv(
-        file,
-        names,
-        np.column_stack([t, np.sin(phase), 0.5 * np.cos(phase), 20 * np.sin(phase) + np.sign(np.cos(phase))]),
-    )
+    rates = 0.4 + 0.05 * np.arange(len(middle))
+    phase = np.outer(t, rates)
+    names = ["t", *(f"{kind}{k + 1}" for kind in ("q", "qd", "tau") for k in range(len(middle)))]
+    torques = 20 * np.sin(phase) + np.sign(np.cos(phase))
+    _write_csv(file, names, np.column_stack([t, middle + np.sin(phase), rates * np.cos(phase), torques]))
 
 
 def _write_sensor_logs(folder: Path, chain: Any, joints: list[str]) -> None:
@@ -917,6 +919,7 @@ def _prepare_images(folder: Path) -> None:
     import kr5.vision
 
     (folder / "images").mkdir()
+    (folder / "markers").mkdir()
     target, camera = kr5.parse_target(BOARD), kr5.Pinhole(**CAMERA)
     X, W = kr5.from_xyzrpy([0.03, 0.0, 0.05, 0.0, 0.0, 0.1]), kr5.from_xyzrpy([0.5, 0.0, 0.0, 0.0, 0.0, 0.0])
     middle, rows = kr5.from_xyzrpy([-0.06, -0.045, 0, 0, 0, 0]), []
@@ -929,7 +932,11 @@ def _prepare_images(folder: Path) -> None:
         image = kr5.vision.render([placed], camera, kr5.vision.RenderOptions(blur=0.6, noise=1.0, seed=k + 1))
         kr5.vision.save_image(image, str(folder / "images" / f"view_{k + 1}.png"))
         rows.append(kr5.to_xyzrpy(W @ np.linalg.inv(T) @ np.linalg.inv(X)))
+        tags = kr5.vision.PlacedTarget(target=kr5.parse_target(TAGS), T_camera_target=T)
+        image = kr5.vision.render([tags], camera, kr5.vision.RenderOptions(blur=0.6, noise=1.0, seed=k + 1))
+        kr5.vision.save_image(image, str(folder / "markers" / f"view_{k + 1}.png"))
     _write_csv(folder / "poses.csv", ["x", "y", "z", "roll", "pitch", "yaw"], np.array(rows))
+    (folder / "board.yaml").write_text("{kind: chessboard, rows: 4, cols: 5, size: 0.03}\n")
     (folder / "camera.yaml").write_text(yaml.safe_dump(CAMERA))
     (folder / "dataset.yaml").write_text(
         yaml.safe_dump(

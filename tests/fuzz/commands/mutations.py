@@ -140,9 +140,14 @@ def dangling_link(_: random.Random, file: Path) -> None:
 
 
 def pipe(_: random.Random, file: Path) -> None:
-    """A named pipe that nobody writes to would be waited for without end; one whose writer is gone is empty."""
+    """To which nobody writes, so that who reads it waits without end."""
     file.unlink()
-    file.symlink_to("/dev/null")
+    os.mkfifo(file)
+
+
+def device(r: random.Random, file: Path) -> None:
+    file.unlink()
+    file.symlink_to(r.choice(["/dev/null", "/dev/zero"]))
 
 
 BYTES: list[Mutation] = [
@@ -158,6 +163,7 @@ BYTES: list[Mutation] = [
     missing,
     dangling_link,
     pipe,
+    device,
 ]
 
 
@@ -534,6 +540,9 @@ KINDS: dict[str, list[Mutation]] = {
 }
 
 
+LAST = (deep, alias_bomb, pipe, device)  # which nobody reads to its end, not even a further mutation
+
+
 def mutate(r: random.Random, file: Path) -> str:
     """Changes a file in one to three ways, and says in which."""
     known, done = KINDS.get(file.suffix, BYTES), []
@@ -542,6 +551,8 @@ def mutate(r: random.Random, file: Path) -> str:
         try:
             mutation(r, file)
             done.append(mutation.__name__)
+            if mutation in LAST:
+                break
         except (
             OSError,
             ValueError,

@@ -194,7 +194,7 @@ def is_far(column: kr5.gap.ColumnGap, columns: int, inexact: bool) -> bool:
 class LabelledEffect(OpenDocument):
     effect: str
     target: str
-    parameters: dict[str, Any] = {}
+    parameters: dict[str, Any]
 
 
 class Label(OpenDocument):
