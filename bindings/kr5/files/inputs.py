@@ -1,17 +1,14 @@
 """Which files a command reads that is given files and folders: they must not be written over."""
 
-import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import kr5
-from kr5.files.documents import read_yaml
+from kr5.files.documents import read_json, read_yaml
 from kr5.files.paths import is_same
 
 RECORDING = "recording.yaml"
-OWN_RESULT = re.compile(rb'\s*\{\s*"format":\s*"kr5-')
-HEAD = 200  # bytes that tell whose file it is
 
 
 def is_read(file: Path, given: Path) -> bool:
@@ -57,7 +54,10 @@ def _texts(value: Any) -> Iterator[str]:
 def _is_own_result(file: Path) -> bool:
     if file.suffix.lower() in (".html", ".htm"):
         return True
-    if file.suffix.lower() != ".json" or not file.is_file():
+    if file.suffix.lower() != ".json":
         return False
-    with file.open("rb") as stream:
-        return OWN_RESULT.match(stream.read(HEAD)) is not None
+    try:
+        data = read_json(file)
+    except kr5.Error:
+        return False
+    return isinstance(data, dict) and str(data.get("format", "")).startswith("kr5-")
