@@ -2,6 +2,7 @@
 
 import sys
 
+import numpy as np
 import pytest
 from kr5.logs import read_logs
 
@@ -23,4 +24,10 @@ def test_a_public_log_fits_the_published_model_of_its_arm(reference, tmp_path, l
     found = read_logs(
         first, model, base=options.get("--base", ""), tip=options.get("--tip", ""), every=every, settings=settings
     )
-    assert found.recording.experiments
+    joints = [f"qc{k + 1}" for k in range(len(found.recording.cell.nominal_chain().joints))]
+    limits = found.recording.cell.robot.limits
+    for experiment in found.recording.experiments:
+        q = np.column_stack([experiment[name] for name in joints])
+        assert len(q) > 100 and np.ptp(q, axis=0).max() > 0.05  # it moves
+        if limits:  # of the model: another unit, sign or order of the joints would leave them
+            assert (q > np.array(limits.lower) - 0.1).all() and (q < np.array(limits.upper) + 0.1).all()
