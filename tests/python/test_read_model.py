@@ -154,6 +154,14 @@ def test_a_model_without_an_end_is_refused(run_kr5, share, tmp_path, file):
         assert done.returncode == 2 and f"{file}: is a " in done.stderr, done.stderr
 
 
+def test_a_bag_with_a_part_without_an_end_is_refused(run_kr5, share, tmp_path):
+    pytest.importorskip("rosbags")
+    (tmp_path / "bag").mkdir()
+    os.mkfifo(tmp_path / "bag/part.db3")  # to which nobody writes
+    done = run_kr5("gap", "measure", "bag", "--model", share / "data/arm_log/arm.urdf", timeout=60)
+    assert done.returncode == 2 and "part.db3: is a pipe or a socket" in done.stderr, done.stderr
+
+
 DOCTYPES = (
     "<!DOCTYPE robot>",
     '<!DOCTYPE robot SYSTEM "a>.dtd">',

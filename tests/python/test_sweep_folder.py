@@ -3,6 +3,7 @@
 import csv
 import fcntl
 import json
+import os
 
 import kr5
 import pytest
@@ -108,6 +109,13 @@ def test_a_row_that_is_no_trial_is_named(folder, column, value):
     before = contents(folder)
     assert "trials.csv:3: is not a trial" in refusal(folder)
     assert contents(folder) == before
+
+
+def test_trials_without_an_end_are_refused(folder):
+    (folder / "trials.csv").unlink()
+    os.mkfifo(folder / "trials.csv")  # to which nobody writes
+    with pytest.raises(kr5.FileError, match="trials.csv: is a pipe or a socket; expected the trials of the sweep"):
+        sweep_file.read_trials(folder / "trials.csv", GRID)
 
 
 @pytest.mark.parametrize("damage", [b"\xff\xfe", b"\x00", b'"' + b"x" * 200_000 + b'"'])

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import kr5
+from kr5.files.documents import check_readable
 from kr5.files.paths import plain_path
 from kr5.logs.log import Log
 from kr5.logs.messages import MessageTable
@@ -40,6 +41,8 @@ def read_bag(path: Path) -> Log:
         from rosbags.typesys import Stores, get_typestore
     except ImportError:
         raise kr5.FileError(path, f"to read a ROS bag, the package rosbags is needed: {INSTALL}") from None
+    for file in path.iterdir() if path.is_dir() else ():
+        check_readable(file, "a file of a ROS bag")
     table, kinds = MessageTable(path), dict[str, str]()
     try:
         with (

@@ -11,6 +11,7 @@ from typing import Any
 
 import kr5
 import kr5.cell
+from kr5.files.documents import check_readable
 
 from kr5_tools.sweep.run_folder import Kind, RunFolder
 from kr5_tools.sweep.trials import HEADER, Grid, Key, Trial, check_trial
@@ -43,12 +44,8 @@ def cell_text(cell: kr5.cell.Cell) -> str:
 
 def read_trials(file: Path, grid: Grid) -> list[Trial]:
     """The finished trials of a sweep, in the order of their keys; the folder is left as it is."""
-    try:
-        data = file.read_bytes()
-    except OSError as error:
-        raise kr5.FileError(
-            file, f"{error.strerror}; expected the trials of the sweep beside its sweep.json"
-        ) from error
+    check_readable(file, "the trials of the sweep beside its sweep.json")
+    data = file.read_bytes()
     whole = data.rfind(b"\n") + 1
     trials = parse_trials(data[:whole], file, grid) if whole else {}
     if not trials:
