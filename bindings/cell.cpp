@@ -323,6 +323,14 @@ static void bind_arm_links(py::module_& m) {
   m.def("link_displacements", &link_displacements, py::arg("before"), py::arg("after"),
         "How each link has been displaced when an arm has become another, 4x4 in the base, every joint value zero [m]. "
         "Raises InvalidArgument for arms that differ too much to be one.");
+  m.def(
+      "arm_ends_before", &arm_ends_before, py::arg("joints"), py::arg("behind"),
+      "Whether a chain that branches is an arm which ends there: what follows has no joints, as frames that are fixed "
+      "to the flange, or fewer than the arm of at least four, as the fingers of a hand. behind: joints on the longest "
+      "way from the branch to an end.");
+  m.def("joints_without_range", &joints_without_range, py::arg("arm"),
+        "Joints whose limits are no range: the lower one is not below the upper one, or one is beyond 50 rad or 20 m, "
+        "which exporters write where they know none.");
   m.def("cell_of_links", &cell_of_links, py::arg("arm"),
         "Cell with an arm: Denavit-Hartenberg rows, masses, limits and names; a tool without mass when the tip lies "
         "beside the last joint axis; drives of unit gear (a current is a joint torque) when a joint has friction or a "

@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 
+#include <kr5/cell/arm_links.hpp>
 #include <kr5/cell/check.hpp>
 #include <kr5/cell/export_urdf.hpp>
 #include <kr5/cell/import_urdf.hpp>
@@ -131,16 +132,102 @@ TEST_CASE("what is no serial arm is refused with what to do") {
   fails(replaced(two_joints, "continuous", "floating"), "joint j2 is floating");
   fails(replaced(two_joints, "continuous", "hinge"), "found type \"hinge\"");
   fails(replaced(two_joints, "0 0 -1", "0 0 0"), "axis of length 0");
-  fails(replaced(two_joints, "<dynamics", "<mimic joint='j1'/><dynamics"), "j2 mimics another");
-  fails(replaced(two_joints, "lower=\"-1\"", "lower=\"5\""), "lower limit is above");
+  fails(replaced(two_joints, "<dynamics", "<mimic joint='j1'/><dynamics"), "remove its <mimic>");
+  fails(replaced(two_joints, "continuous", "spherical"),
+        "name a base behind it (--base b) or a tip before it (--tip a)");
   fails(replaced(two_joints, "<link name=\"tip\"/>", "<link name=\"tip\"/><link name=\"tip\"/>"), "occurs twice");
   fails(replaced(two_joints, "name=\"j3\"", "name=\"j1\""), "<joint name=\"j1\"> occurs twice");
   fails(replaced(two_joints, "child link=\"tip\"", "child link=\"top\""), "refers to the link \"top\"");
   fails(replaced(two_joints, "child link=\"tip\"", "child link=\"a\""), "is the child of joints j1 and j3");
   fails(replaced(two_joints, "</robot>", ""), "is not valid XML");
+  fails(
+      "<robot><link name='a'/><link name='b'/><link name='c'/><joint name='f' type='fixed'><parent link='a'/>"
+      "<child link='b'/></joint><joint name='g' type='fixed'><parent link='a'/><child link='c'/></joint></robot>",
+      "no joint moves");
   fails("<sdf/>", "expected a URDF's <robot>");
   fails("<robot/>", "no links");
   CHECK_THROWS_WITH(import_urdf("nowhere.urdf"), Contains("nowhere.urdf"));
+}
+
+TEST_CASE("limits that are no range are none, and named") {
+  const auto limits = [](const std::string& lower, const std::string& upper) {
+    return parse_urdf(replaced(replaced(two_joints, "lower=\"-1\"", "lower=\"" + lower + "\""), "upper=\"2\"",
+                               "upper=\"" + upper + "\""),
+                      "x.urdf");
+  };
+  for (const auto& [lower, upper] : {std::pair{"0", "0"},
+                                     {"1", "1"},
+                                     {"5", "2"},
+                                     {"-1e16", "1e16"},
+                                     {"-1e6", "1e6"},
+                                     {"0", "1e6"},
+                                     {"-180", "180"}}) {
+    INFO(lower << " to " << upper);
+    const UrdfImport open = limits(lower, upper);
+    CHECK(open.cell.robot.limits->lower[0] == -INFINITY);
+    CHECK(open.cell.robot.limits->upper[0] == INFINITY);
+    REQUIRE(!open.notes.empty());
+    CHECK_THAT(open.notes[0], Contains("the limits of j1 are no range"));
+    CHECK(check(open.cell).empty());
+  }
+  const UrdfImport kept = limits("-40", "40");
+  CHECK(kept.cell.robot.limits->upper[0] == 40.0);
+  CHECK_THAT(kept.notes[0], !Contains("no range"));
+}
+
+TEST_CASE("frames that are fixed behind the last joint leave the arm one end") {
+  const std::string frames =
+      "<link name='tool0'/><link name='ee'/><joint name='f1' type='fixed'><parent link='b'/><child "
+      "link='tool0'/></joint>"
+      "<joint name='f2' type='fixed'><origin xyz='0 0 0.5'/><parent link='b'/><child link='ee'/></joint></robot>";
+  const UrdfImport arm = parse_urdf(replaced(two_joints, "</robot>", frames), "x.urdf");
+  CHECK(arm.tip == "b");
+  CHECK(arm.joints == std::vector<std::string>{"j1", "j2"});
+  REQUIRE(!arm.notes.empty());
+  CHECK(arm.notes[0] ==
+        "the arm ends at b, behind which several links follow (tip, tool0, ee); another end is named by --tip");
+  CHECK(parse_urdf(replaced(two_joints, "</robot>", frames), "x.urdf", {.tip = "ee"}).tip == "ee");
+}
+
+TEST_CASE("a hand of fewer joints than its arm is behind the end of the arm, arms of a torso are not") {
+  CHECK(arm_ends_before(2, 0));
+  CHECK(arm_ends_before(6, 4));
+  CHECK(arm_ends_before(4, 1));
+  CHECK_FALSE(arm_ends_before(0, 0));
+  CHECK_FALSE(arm_ends_before(3, 1));
+  CHECK_FALSE(arm_ends_before(4, 4));
+  CHECK_FALSE(arm_ends_before(3, 7));
+}
+
+TEST_CASE("inertias of round-off are none, and those beside the chain do not matter") {
+  const auto with_head = [](const std::string& inertia) {
+    return replaced(two_joints, "</robot>",
+                    "<link name='head'><inertial><mass value='0.5'/><inertia " + inertia +
+                        "/></inertial></link><joint name='neck' type='revolute'><parent link='a'/><child link='head'/>"
+                        "<limit lower='-1' upper='1' effort='1' velocity='1'/></joint></robot>");
+  };
+  const UrdfOptions tip{.tip = "tip"};
+  const UrdfImport none = parse_urdf(with_head("ixx='0'"), "x.urdf", tip);
+  const UrdfImport rounded = parse_urdf(with_head("ixx='2e-35' ixy='1e-35' iyy='-2e-35'"), "x.urdf", tip);
+  CHECK(difference(none.cell, rounded.cell) == 0.0);
+  CHECK(none.notes == rounded.notes);
+  const UrdfImport wrong = parse_urdf(with_head("ixx='0.1' iyy='-0.1'"), "x.urdf", tip);
+  CHECK(difference(none.cell, wrong.cell) == 0.0);
+  CHECK_THAT(wrong.notes[0], Contains("the inertia of head, beside the chain of joints"));
+  const UrdfImport in_chain = parse_urdf(replaced(two_joints, "iyy=\"0.2\"", "iyy=\"-1e-14\""), "x.urdf");
+  CHECK(in_chain.cell.robot.links.size() == 2);
+}
+
+TEST_CASE("faults of joints beside the arm are no faults of the arm") {
+  const auto beside = [](const std::string& joint) {
+    return replaced(two_joints, "</robot>",
+                    "<link name='x'/>" + joint + "<parent link='a'/><child link='x'/></joint></robot>");
+  };
+  for (const char* joint :
+       {"<joint name='jx' type='spherical'>", "<joint name='jx' type='revolute'><axis xyz='0 0 0'/>",
+        "<joint name='jx' type='revolute'><limit lower='1' upper='-1'/>",
+        "<joint name='jx' type='revolute'><mimic joint='j1'/>"})
+    CHECK(parse_urdf(beside(joint), "x.urdf", {.tip = "tip"}).joints.size() == 2);
 }
 
 TEST_CASE("friction of the joints goes to a URDF and back, motors do not") {

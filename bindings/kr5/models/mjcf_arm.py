@@ -1,11 +1,9 @@
 """The serial arm in an MJCF, the XML of MuJoCo: its joints from base to tip, and what each of them carries."""
 
 import re
-import warnings
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -13,7 +11,6 @@ import numpy.typing as npt
 
 import kr5
 from kr5 import cell as kr5_cell
-from kr5.files.paths import library_path
 from kr5.kinematics import Body, merged_body, transformed_body
 from kr5.models.mjcf_actuators import servo_notes, servos_of
 
@@ -66,6 +63,7 @@ class MjcfArm:
     names: list[str]
     carriers: dict[int, int]  # of every body behind the base: number of the joint that moves it, from 1, or FIXED
     held: list[str] = field(default_factory=list)  # joints beside the arm
+    ends: list[str] = field(default_factory=list)  # bodies behind the tip, where several follow it and none was named
     fusestatic: bool = False  # as the file has it; bodies are looked up without
 
     def T_base(self, position: npt.ArrayLike, rotation: npt.ArrayLike) -> np.ndarray:
@@ -150,197 +148,22 @@ class MjcfArm:
         return T
 
 
-def load_mjcf(file: Path, base: str = "", tip: str = "") -> MjcfArm:
-    """Compiles an MJCF and finds the arm in it.
-
-    base, tip: names of bodies; the tip may be a site. By default the world, and the only end. Raises IoError for what
-    MuJoCo does not compile, and for a model without such an arm.
-    """
-    mujoco = import_mujoco(file)
-    try:
-        spec = mujoco.MjSpec.from_file(library_path(file))
-        drop_missing_meshes(spec, file)
-        fusestatic, spec.compiler.fusestatic = bool(spec.compiler.fusestatic), False
-        with warnings.catch_warnings(action="ignore"):  # of what is out of date in the file
-            model = spec.compile()
-    except (ValueError, mujoco.FatalError) as error:
-        raise kr5.IoError(f"{file}: cannot be compiled by MuJoCo: {one_line(error)}") from None
-    arm = _Finder(file, mujoco, spec, model).run(base, tip)
-    arm.fusestatic = fusestatic
-    return arm
-
-
-def drop_missing_meshes(spec: Any, file: Path) -> None:
-    """Leaves out the meshes whose files are not there, with the geoms that show them: masses stated beside them count,
-    and neither is what a cell holds."""
-    folder = file.parent / (spec.meshdir or "")
-    missing = [mesh for mesh in spec.meshes if mesh.file and not (folder / mesh.file).exists()]
-    names = {mesh.name or Path(mesh.file).stem for mesh in missing}
-    for geom in [g for g in spec.geoms if g.meshname in names]:
-        spec.delete(geom)
-    for mesh in missing:
-        spec.delete(mesh)
-
-
-class _Finder:
-    """Finds the bodies and joints of the arm."""
-
-    def __init__(self, file: Path, mujoco: ModuleType, spec: Any, model: Any) -> None:
-        self.file, self.mujoco, self.spec, self.model = file, mujoco, spec, model
-        self.children: dict[int, list[int]] = {}
-        for body in range(1, model.nbody):
-            self.children.setdefault(int(model.body_parentid[body]), []).append(body)
-
-    def fail(self, message: str) -> Any:
-        raise kr5.IoError(f"{self.file}: {message}")
-
-    def run(self, base: str, tip: str) -> MjcfArm:
-        base_body = self._body(base, "base") if base else 0
-        tip_body, tip_site = self._tip(tip) if tip else (self._only_end(base_body), None)
-        path = self._path(base_body, tip_body)
-        joints = [j for body in path for j in self._joints(body)]
-        names = self._names(joints)
-        if not joints:
-            self.fail(f"no joint moves between {base or 'the world'} and {tip or self._name(tip_body)}")
-        arm = MjcfArm(
-            file=self.file,
-            spec=self.spec,
-            model=self.model,
-            data=self._at_zero(joints),
-            base=base or "world",
-            tip=tip or self._name(tip_body),
-            base_body=base_body,
-            tip_body=tip_body,
-            tip_site=tip_site,
-            joints=joints,
-            names=names,
-            carriers={},
-        )
-        self._carry(arm, base_body, FIXED, set(path))
-        self._refuse_equalities(arm)
-        return arm
-
-    def _name(self, body: int) -> str:
-        return str(self.model.body(body).name) or f"body {body}"
-
-    def _body(self, name: str, what: str) -> int:
-        body = self.mujoco.mj_name2id(self.model, self.mujoco.mjtObj.mjOBJ_BODY, name)
-        if body < 0:
-            names = [self._name(b) for b in range(self.model.nbody)]
-            self.fail(f'there is no body "{name}" for the {what}; the bodies are {", ".join(names)}')
-        return int(body)
-
-    def _tip(self, name: str) -> tuple[int, int | None]:
-        """A body, or a site on one."""
-        site = self.mujoco.mj_name2id(self.model, self.mujoco.mjtObj.mjOBJ_SITE, name)
-        if site >= 0 and self.mujoco.mj_name2id(self.model, self.mujoco.mjtObj.mjOBJ_BODY, name) < 0:
-            return int(self.model.site_bodyid[site]), int(site)
-        return self._body(name, "tip"), None
-
-    def _joints(self, body: int) -> list[int]:
-        first, count = int(self.model.body_jntadr[body]), int(self.model.body_jntnum[body])
-        return list(range(first, first + count))
-
-    def _floats(self, body: int) -> bool:
-        free = self.mujoco.mjtJoint.mjJNT_FREE
-        return any(int(self.model.jnt_type[j]) == free for j in self._joints(body))
-
-    def _moves(self, body: int) -> bool:
-        """Whether a body has joints, or carries one that has; what floats free is no part of an arm."""
-        if self._floats(body):
-            return False
-        return bool(self._joints(body)) or any(map(self._moves, self.children.get(body, [])))
-
-    def _only_end(self, base: int) -> int:
-        at = base
-        while True:
-            ways = self.children.get(at, [])
-            if any(map(self._moves, ways)):
-                ways = [body for body in ways if self._moves(body)]
-            elif at == base:
-                self.fail("no joint moves; expected an arm of hinges and slides")
-            if not ways:
-                return at
-            if len(ways) > 1:
-                where = "the world" if at == 0 else f"body {self._name(at)}"
-                names = ", ".join(self._name(body) for body in ways)
-                self.fail(
-                    f"behind {where} the model branches to {names}; name the body or site that is the tip (--tip)"
-                )
-            at = ways[0]
-
-    def _path(self, base: int, tip: int) -> list[int]:
-        path: list[int] = []
-        at = tip
-        while at != base:
-            if at == 0:
-                self.fail(f"the tip {self._name(tip)} is not carried by the base {self._name(base)}")
-            path.insert(0, at)
-            at = int(self.model.body_parentid[at])
-        return path
-
-    def _names(self, joints: list[int]) -> list[str]:
-        names = []
-        for joint in joints:
-            name, kind = self.model.joint(joint).name, self.mujoco.mjtJoint(int(self.model.jnt_type[joint]))
-            name = name or f"{self._name(int(self.model.jnt_bodyid[joint]))}_joint{joint}"
-            if kind in (self.mujoco.mjtJoint.mjJNT_FREE, self.mujoco.mjtJoint.mjJNT_BALL):
-                word = "free" if kind == self.mujoco.mjtJoint.mjJNT_FREE else "a ball"
-                self.fail(f"joint {name} is {word}; an arm has hinges and slides, so name a base behind it (--base)")
-            names.append(name)
-        return names
-
-    def _at_zero(self, joints: list[int]) -> Any:
-        data = self.mujoco.MjData(self.model)
-        for joint in joints:
-            data.qpos[self.model.jnt_qposadr[joint]] = 0.0
-        self.mujoco.mj_kinematics(self.model, data)
-        return data
-
-    def _carry(self, arm: MjcfArm, body: int, carrier: int, path: set[int]) -> None:
-        arm.carriers[body] = carrier
-        for child in self.children.get(body, []):
-            joints = self._joints(child)
-            if child in path:
-                self._carry(arm, child, carrier + len(joints), path)
-                continue
-            if carrier != FIXED:
-                arm.held += [self.model.joint(j).name or f"joint {j}" for j in joints]
-            if not self._floats(child):
-                self._carry(arm, child, carrier, path)
-
-    def _refuse_equalities(self, arm: MjcfArm) -> None:
-        """Complains of constraints that make the joints of the arm depend on each other."""
-        m, kinds = self.model, self.mujoco.mjtEq
-        for e in range(m.neq):
-            if not m.eq_active0[e]:
-                continue
-            name, kind, pair = m.equality(e).name or f"number {e}", int(m.eq_type[e]), (m.eq_obj1id[e], m.eq_obj2id[e])
-            if kind == kinds.mjEQ_JOINT and (tied := [j for j in pair if j in arm.joints]):
-                joint = m.joint(tied[0]).name
-                self.fail(f"equality {name} ties the joint {joint}; the joints of an arm must be independent")
-            if kind not in (kinds.mjEQ_CONNECT, kinds.mjEQ_WELD):
-                continue
-            bodies = [self._equality_body(int(m.eq_objtype[e]), int(i)) for i in pair]
-            if any(m.body_mocapid[b] >= 0 for b in bodies):
-                continue  # what leads an arm about is no part of it
-            carriers = {arm.carriers.get(b, FIXED) for b in bodies}
-            if len(carriers) > 1:
-                names = " and ".join(self._name(b) for b in bodies)
-                self.fail(f"equality {name} joins {names}, which closes a loop; a closed chain is not a serial arm")
-
-    def _equality_body(self, kind: int, number: int) -> int:
-        if kind == self.mujoco.mjtObj.mjOBJ_SITE:
-            return int(self.model.site_bodyid[number])
-        return max(number, 0)
-
-
 def notes_of(arm: MjcfArm) -> list[str]:
     """What of the model a cell cannot hold, or what was made of it, in words."""
     m = arm.model
     dofs = [int(m.jnt_dofadr[j]) for j in arm.joints]
     named = dict(zip(arm.joints, arm.names))
     notes = []
+    if arm.ends:
+        notes.append(
+            f"the arm ends at {arm.tip}, behind which several bodies follow ({', '.join(arm.ends)}); another end is"
+            " named by --tip"
+        )
+    if open_joints := kr5_cell.joints_without_range(arm.links()):
+        notes.append(
+            f"the limits of {', '.join(open_joints)} are no range (0 and 0, crossed or huge), so the cell has none;"
+            " write them into its robot.limits"
+        )
     if arm.held:
         notes.append(
             "joints beside the arm are held where the model begins, their mass is added to the links that carry them:"

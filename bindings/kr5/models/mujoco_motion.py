@@ -14,7 +14,7 @@ import numpy as np
 import kr5
 import kr5.cell
 from kr5.models.mjcf_actuators import AS_FOUND, Actuator, DryFriction, position_servo
-from kr5.models.mjcf_arm import load_mjcf
+from kr5.models.mjcf_loading import load_mjcf
 
 MOST_STEPS = 20000  # that are kept in memory at once
 

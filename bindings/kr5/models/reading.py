@@ -58,7 +58,8 @@ def _read_urdf(file: Path, base: str, tip: str) -> Model:
 
 def _read_mjcf(file: Path, base: str, tip: str) -> Model:
     from kr5.models.mjcf_actuators import command_ranges
-    from kr5.models.mjcf_arm import cell_of_mjcf, load_mjcf, notes_of
+    from kr5.models.mjcf_arm import cell_of_mjcf, notes_of
+    from kr5.models.mjcf_loading import load_mjcf
 
     arm = load_mjcf(file, base, tip)
     held = {arm.joints.index(joint): span for joint, span in command_ranges(arm.model, arm.joints).items()}

@@ -118,8 +118,8 @@ def composed_model(
 def check_editable(original: Path | str, base: str = "", tip: str = "") -> None:
     """Raises kr5.IoError for a URDF or MJCF whose settings leave no place for what a cell states, whatever that is."""
     if kind_of_file(Path(original)) == Kind.MJCF:
-        from kr5.models.mjcf_arm import load_mjcf
         from kr5.models.mjcf_document import refuse_computed_masses
+        from kr5.models.mjcf_loading import load_mjcf
 
         refuse_computed_masses(load_mjcf(Path(original), base, tip))
 
@@ -202,9 +202,9 @@ def _friction_note(friction: DryFriction) -> str:
 
 
 def _updated_mjcf(cell: kr5.cell.Cell, out: WrittenModel, to: _Place, springs: np.ndarray) -> str:
-    from kr5.models.mjcf_arm import load_mjcf
     from kr5.models.mjcf_document import edited_mjcf
     from kr5.models.mjcf_edits import edits_of
+    from kr5.models.mjcf_loading import load_mjcf
 
     assert to.original is not None, "is edited"
     arm = load_mjcf(to.original, to.base, to.tip)

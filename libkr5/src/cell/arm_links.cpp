@@ -7,6 +7,7 @@
 
 #include <kr5/core/error.hpp>
 
+#include "cell/check/diagnostic_collector.hpp"
 #include "cell/dh_frames.hpp"
 
 namespace kr5::cell {
@@ -61,9 +62,24 @@ void put_bodies(const ArmLinks& arm, Cell& cell) {
     cell.robot.links.push_back(transformed_body(T[i].inverse() * arm.links[i].T_base_link, arm.links[i].body));
 }
 
+constexpr double endless_velocity = 1e3, endless_effort = 1e6;  // [rad/s or m/s], [N m or N]
+
+/// Whether a joint has a range of values: exporters write 0 and 0, crossed or huge limits where they know none.
+bool has_range(const ArmLink& link) {
+  const double most = link.type == kinematics::JointType::Prismatic ? 2 * long_arm : many_turns;
+  return link.lower < link.upper && std::max(std::abs(link.lower), std::abs(link.upper)) <= most;
+}
+
 void put_limits(const ArmLinks& arm, Cell& cell) {
   Limits limits{each(arm, &ArmLink::lower), each(arm, &ArmLink::upper), each(arm, &ArmLink::velocity),
                 each(arm, &ArmLink::effort)};
+  for (std::size_t i = 0; i < arm.links.size(); ++i) {
+    if (has_range(arm.links[i])) continue;
+    limits.lower[static_cast<Index>(i)] = -INFINITY;
+    limits.upper[static_cast<Index>(i)] = INFINITY;
+  }
+  limits.velocity = (limits.velocity.array() > endless_velocity).select(INFINITY, limits.velocity);
+  limits.effort = (limits.effort.array() > endless_effort).select(INFINITY, limits.effort);
   const auto none = [](const VectorXd& v) { return (v.array().abs() == INFINITY).all(); };
   if (none(limits.velocity)) limits.velocity.resize(0);
   if (none(limits.effort)) limits.effort.resize(0);
@@ -80,6 +96,18 @@ void put_drives(const ArmLinks& arm, Cell& cell) {
 }
 
 }  // namespace
+
+bool arm_ends_before(int joints, int behind) {
+  constexpr int shortest_arm = 4;
+  return joints > 0 && (behind == 0 || (joints >= shortest_arm && behind < joints));
+}
+
+std::vector<std::string> joints_without_range(const ArmLinks& arm) {
+  std::vector<std::string> out;
+  for (const ArmLink& link : arm.links)
+    if (!has_range(link) && (std::isfinite(link.lower) || std::isfinite(link.upper))) out.push_back(link.joint);
+  return out;
+}
 
 ArmLinks arm_links(const Cell& cell) {
   ArmLinks out;

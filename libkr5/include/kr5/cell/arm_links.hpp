@@ -67,9 +67,20 @@ ArmLinks arm_links(const Cell& cell);
 /// than 0.2 rad, or with another number of joints.
 std::vector<Pose> link_displacements(const ArmLinks& before, const ArmLinks& after);
 
+/// Whether a chain that branches is an arm which ends there: what follows has no joints, as frames that are fixed to
+/// the flange, or fewer than the arm of at least four, as the fingers of a hand. The arms of a torso are longer than
+/// it.
+/// @param behind Joints on the longest way from the branch to an end.
+bool arm_ends_before(int joints, int behind);
+
+/// Joints whose limits are no range: the lower one is not below the upper one, or one is beyond 50 rad or 20 m, which
+/// exporters write where they know none.
+std::vector<std::string> joints_without_range(const ArmLinks& arm);
+
 /// A cell with that arm: `T_base_tool` is the pose of the tip for the same joint values. A tool without mass when the
 /// tip lies beside the last joint axis, and drives of unit gear and motor (a current is a joint torque) when a joint
-/// has friction or a rotor. Joint axes less than 3 degrees from parallel get a Hayati angle.
+/// has friction or a rotor. Joint axes less than 3 degrees from parallel get a Hayati angle. The joints of
+/// joints_without_range have no limits, nor have speeds above 1e3 rad/s or m/s and efforts above 1e6 N m or N.
 /// @throws InvalidArgument when there is no link.
 Cell cell_of_links(const ArmLinks& arm);
 

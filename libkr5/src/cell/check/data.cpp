@@ -167,7 +167,7 @@ class DataCheck {
   }
 
   void joints() {
-    constexpr double margin = 0.05, many_turns = 50.0;
+    constexpr double margin = 0.05;
     for (int j = 0; j < cell_.robot.joints(); ++j)
       for (const std::string stem : {"q", "qc"}) {
         const std::string name = stem + std::to_string(j + 1);

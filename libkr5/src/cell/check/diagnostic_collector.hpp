@@ -62,6 +62,8 @@ class DiagnosticCollector {
 
 /// Length that no link, tool or cell exceeds [m].
 inline constexpr double long_arm = 10.0;
+/// Angle that no joint with limits reaches [rad].
+inline constexpr double many_turns = 50.0;
 
 /// `a, b, c`
 std::string listed(const std::vector<std::string>& names);

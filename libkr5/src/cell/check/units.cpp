@@ -34,7 +34,7 @@ void check_dh(const Cell& cell, DiagnosticCollector& c) {
 
 void check_joint_limits(const Cell& cell, DiagnosticCollector& c) {
   if (!cell.robot.limits) return;
-  constexpr double many_turns = 50.0, fast = 100.0;  // [rad], [rad/s]
+  constexpr double fast = 100.0;  // [rad/s]
   const Limits& limits = *cell.robot.limits;
   for (Eigen::Index i = 0; i < limits.lower.size(); ++i) {
     const bool slides = cell.robot.dh[static_cast<std::size_t>(i)].type == kinematics::JointType::Prismatic;

@@ -3,9 +3,11 @@
 
 #include <algorithm>
 
+#include <kr5/cell/arm_links.hpp>
 #include <kr5/io/diagnostic.hpp>
 
 #include "cell/check/diagnostic_collector.hpp"
+#include "cell/urdf/elements.hpp"
 
 namespace kr5::cell {
 namespace {
@@ -56,21 +58,40 @@ class PathFinder {
            model_.children_of(joint.child).empty();
   }
 
-  /// Follows the moving joints, then the fixed links behind the last of them, as long as there is one way.
-  std::string only_end() const {
+  /// Moving joints on the longest way from a link to an end.
+  int longest_way(const std::string& link) const {
+    int out = 0;
+    for (const UrdfJoint* j : model_.children_of(link))
+      out = std::max(out, longest_way(j->child) + (j->moves() ? 1 : 0));
+    return out;
+  }
+
+  /// Ways on from a link: those to further joints, or else those to what is fixed.
+  std::vector<const UrdfJoint*> ways_from(const std::string& link) const {
+    std::vector<const UrdfJoint*> ways = model_.children_of(link);
+    if (carries_joints(link))
+      std::erase_if(ways, [&](const UrdfJoint* j) { return !j->moves() && !carries_joints(j->child); });
+    std::erase_if(ways, [&](const UrdfJoint* j) { return is_payload(*j); });
+    return ways;
+  }
+
+  /// Follows the moving joints, then the fixed links behind the last of them, as long as there is one way. Where
+  /// several end without a joint, or as the fingers of a hand do, the link before them is the end of the arm.
+  std::string only_end() {
     std::string at = out_.base;
+    int joints = 0;
     while (true) {
-      std::vector<const UrdfJoint*> ways = model_.children_of(at);
-      if (carries_joints(at))
-        std::erase_if(ways, [&](const UrdfJoint* j) { return !j->moves() && !carries_joints(j->child); });
-      std::erase_if(ways, [&](const UrdfJoint* j) { return is_payload(*j); });
+      const std::vector<const UrdfJoint*> ways = ways_from(at);
       if (ways.empty()) return at;
       if (ways.size() > 1) {
-        std::vector<std::string> names;
-        for (const UrdfJoint* j : ways) names.push_back(j->child);
-        model_.fail("behind link " + at + " the robot branches to " + listed(names) +
+        for (const UrdfJoint* j : ways) out_.ends.push_back(j->child);
+        const int behind = longest_way(at);
+        if (joints + behind == 0) model_.fail("no joint moves, so it holds no arm");
+        if (arm_ends_before(joints, behind)) return at;
+        model_.fail("behind link " + at + " the robot branches to " + listed(out_.ends) +
                     "; name the link that is the tip (--tip)");
       }
+      joints += ways[0]->moves() ? 1 : 0;
       at = ways[0]->child;
     }
   }
@@ -78,6 +99,7 @@ class PathFinder {
   void find_path() {
     std::string at = out_.tip;
     for (std::size_t steps = 0; at != out_.base; ++steps) {
+      out_.chain.insert(at);
       const UrdfJoint* joint = model_.parent_of(at);
       if (!joint || steps > model_.joints.size())
         model_.fail("the tip " + out_.tip + " is not connected to the base " + out_.base);
@@ -85,14 +107,22 @@ class PathFinder {
       at = joint->parent;
     }
     if (out_.joints.empty()) model_.fail("no joint moves between " + out_.base + " and " + out_.tip);
-    for (const UrdfJoint* joint : out_.joints) {
-      if (joint->type == "floating" || joint->type == "planar")
-        model_.fail("joint " + joint->name + " is " + joint->type + "; an arm has revolute and prismatic joints");
-      if (joint->mimic)
-        model_.fail(
-            "joint " + joint->name +
-            " mimics another; the joints of an arm must be independent: name a link before it as the tip (--tip)");
-    }
+    for (const UrdfJoint* joint : out_.joints) require_arm_joint(*joint);
+  }
+
+  void require_arm_joint(const UrdfJoint& joint) const {
+    if (joint.type == "floating" || joint.type == "planar" || joint.type == "spherical")
+      model_.fail("joint " + joint.name + " is " + joint.type +
+                  "; an arm has revolute and prismatic joints, so name a base behind it (--base " + joint.child +
+                  ") or a tip before it (--tip " + joint.parent + ")");
+    if (joint.axis.isZero(0.0))
+      model_.fail("<joint name=\"" + joint.name + "\">: found an axis of length 0, expected a direction");
+    if (!joint.mimicked.empty())
+      model_.fail("joint " + joint.name + " mimics another (" + joint.name + " = " +
+                  number_text(joint.mimic_multiplier) + " " + joint.mimicked + " + " + number_text(joint.mimic_offset) +
+                  "); the joints of an arm must be independent: remove its <mimic>, which makes it a joint with values "
+                  "and torques of its own, or end the arm before it (--tip " +
+                  joint.parent + ")");
   }
 
   void place(const std::string& link, const Pose& T, std::size_t carrier) {

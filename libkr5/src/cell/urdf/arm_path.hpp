@@ -23,7 +23,9 @@ struct ArmPath {
   std::string base, tip;
   std::vector<const UrdfJoint*> joints;      ///< That move, from the base.
   std::map<std::string, CarriedLink> links;  ///< All behind the base.
+  std::set<std::string> chain;               ///< Links between base and tip.
   std::vector<std::string> held;             ///< Joints beside the arm.
+  std::vector<std::string> ends;             ///< Links behind the tip, where several follow it and none was named.
   std::string tool;               ///< Link that stands for the force sensor or a payload; empty: there is none.
   std::set<std::string> of_tool;  ///< That link and all that it carries, which is the tool of a cell.
 };

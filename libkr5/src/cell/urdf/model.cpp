@@ -16,7 +16,7 @@ namespace kr5::cell {
 namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
-constexpr std::array known_types = {"revolute", "continuous", "prismatic", "fixed", "floating", "planar"};
+constexpr std::array known_types = {"revolute", "continuous", "prismatic", "fixed", "floating", "planar", "spherical"};
 
 /// Reads one file; every complaint names the element it is about.
 class UrdfReader {
@@ -111,14 +111,17 @@ class UrdfReader {
     j.child = node.child("child").attribute("link").as_string();
     j.T_parent_child = origin(node, where);
     j.axis = vector(node.child("axis"), "xyz", where + " axis", j.axis);
-    if (j.moves() && j.axis.norm() < 1e-6) model_.fail(where + ": found an axis of length 0, expected a direction");
-    j.axis.normalize();
-    j.mimic = static_cast<bool>(node.child("mimic"));
+    if (j.axis.norm() >= 1e-6)
+      j.axis.normalize();
+    else
+      j.axis.setZero();
+    j.mimicked = node.child("mimic").attribute("joint").as_string();
+    j.mimic_multiplier = number(node.child("mimic"), "multiplier", where + " mimic", 1.0);
+    j.mimic_offset = number(node.child("mimic"), "offset", where + " mimic", 0.0);
     const pugi::xml_node limit = node.child("limit");
     const bool stops = limit && j.type != "continuous";
     j.lower = stops ? number(limit, "lower", where + " limit", 0.0) : -infinite;
     j.upper = stops ? number(limit, "upper", where + " limit", 0.0) : infinite;
-    if (j.lower > j.upper) model_.fail(where + ": the lower limit is above the upper one");
     const auto positive = [&](const char* key) {
       const double value = number(limit, key, where + " limit", 0.0);
       return value > 0.0 ? value : infinite;

@@ -13,9 +13,10 @@ namespace kr5::cell {
 
 struct UrdfJoint {
   std::string name, type, parent, child;
-  Pose T_parent_child = Pose::Identity();  ///< At zero.
-  Eigen::Vector3d axis = Eigen::Vector3d::UnitX();
-  bool mimic = false;
+  Pose T_parent_child = Pose::Identity();           ///< At zero.
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitX();  ///< Of length 1, or zero where the file has no direction.
+  std::string mimicked;                             ///< Joint whose value this one follows; empty: none.
+  double mimic_multiplier = 1.0, mimic_offset = 0.0;
   double lower = 0.0, upper = 0.0, velocity = 0.0, effort = 0.0;  ///< Infinite where the file does not say.
   double damping = 0.0, friction = 0.0;
 
