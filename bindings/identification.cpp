@@ -125,6 +125,18 @@ static void bind_gravity(py::module_& m) {
         "2022, section 5.2).");
 }
 
+static void bind_postures(py::module_& m) {
+  m.def("identify_gravity_at_rest", &identify_gravity_at_rest, py::arg("chain"), py::arg("q"), py::arg("tau"),
+        py::arg("options") = GravityOptions{}, py::call_guard<py::gil_scoped_release>(),
+        "Identifies the mass moments of any arm from postures at rest, samples x joints each [rad or m], [N m or N]. "
+        "Friction, whose direction is not known there, is part of the residuals, so that postures are best approached "
+        "from all sides.");
+  m.def(
+      "are_postures", &are_postures, py::arg("q"), py::arg("timed") = true,
+      "Whether rows of joint values (samples x joints) are postures one after the other rather than samples of a "
+      "motion: from row to row they jump by more than 0.05 rad or m, and, where they have times, now here, now there.");
+}
+
 static void bind_planar_gravity(py::module_& m) {
   using kr5::python::bind_struct;
   bind_struct<GravityAngle>(m, "GravityAngle", "Angle of which the gravity torque of a joint is a harmonic.");
@@ -404,6 +416,7 @@ void bind_identification(py::module_& m) {
       .def("validate", &JointMotion::validate, "Raises InvalidArgument naming field and row.");
   bind_carried_masses(m);
   bind_gravity(m);
+  bind_postures(m);
   bind_planar_gravity(m);
   bind_passive_limits(m);
   bind_excitation(m);

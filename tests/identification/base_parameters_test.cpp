@@ -197,6 +197,25 @@ TEST_CASE("a pendulum's base parameters are written as a textbook has them") {
   CHECK(base.units == std::vector<std::string>{"kg m^2", "kg m", "kg m", "N m", "N m s/rad"});
 }
 
+TEST_CASE("an arm whose right angles are rounded has the base parameters of the exact one") {
+  DynamicsModel exact;
+  exact.chain.joints = {{JointType::Revolute, 0.19, 0, 0, M_PI_2, 0},
+                        {JointType::Revolute, 0, 0, 0, -M_PI_2, 0},
+                        {JointType::Revolute, 0.1, 0, 0.2, 0, 0}};
+  const BaseParameters right = base_parameters(exact);
+  for (const int digits : {2, 3, 4, 6, 9, 11, 14}) {
+    INFO(digits);
+    const double unit = std::pow(10.0, -digits), quarter = std::round(M_PI_2 / unit) * unit;
+    DynamicsModel rounded = exact;
+    rounded.chain.joints[0].alpha = quarter;
+    rounded.chain.joints[1].alpha = -quarter;
+    rounded.chain.joints[2].a = 0.2 + 1e-9;
+    const BaseParameters found = base_parameters(rounded);
+    CHECK(found.independent == right.independent);
+    CHECK((found.regrouping - right.regrouping).norm() < 1e-6);
+  }
+}
+
 TEST_CASE("every parameter has its unit, of joints that turn and of those that slide") {
   DynamicsModel model;
   model.chain.joints = {{JointType::Revolute, 0, 0, 0.5, M_PI_2, 0}, {JointType::Prismatic, 0, 0, 0, 0, 0}};

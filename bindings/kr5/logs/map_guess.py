@@ -12,7 +12,7 @@ import numpy as np
 
 import kr5
 import kr5.cell
-from kr5 import arm_log
+from kr5 import arm_log, identification
 from kr5.logs.clock_guess import GuessedClock, guess_clock, require_clock
 from kr5.logs.column_names import Family, FoundFamilies, is_quantity, spoken_joints
 from kr5.logs.episodes import LogSource, kept_to_check, log_sources, stated_ends
@@ -254,9 +254,25 @@ def _motion_columns(
         f for f in (qc if "from" not in columns["qc"] or columns["qc"]["from"] != "measured" else None, q, qc) if f
     )
     column = first.columns[0]
-    clock = require_clock(guess_clock(log, column, _cycle(cell), given.clock), column, log, given.words)
+    guessed = guess_clock(log, column, _cycle(cell), given.clock)
+    name = "q" if "q" in columns else "qc"
+    _refuse_postures(log, joint_values(columns[name], name, log, cell), timed=guessed is not None)
+    clock = require_clock(guessed, column, log, given.words)
     out.because(where, "clock", clock.proposal, clock.reason)
     return columns, clock
+
+
+def _refuse_postures(log: Log, positions: np.ndarray, timed: bool) -> None:
+    """Complains of rows that are no samples of a motion. positions: samples x joints [rad or m]."""
+    known = positions[np.isfinite(positions).all(axis=1)]
+    if not identification.are_postures(known, timed):
+        return
+    jump = float(np.median(np.abs(np.diff(known, axis=0)).max(axis=1)))
+    raise kr5.FileError(
+        log.file,
+        f"its rows are postures at rest, not samples of a motion: a joint jumps by {jump:.2g} rad or m from row to row;"
+        " log a motion with its clock, or give postures with torques to `kr5 identify gravity ROBOT LOG`",
+    )
 
 
 def _with_signs(

@@ -138,4 +138,14 @@ struct GravityResult {
 GravityResult identify_gravity(const kinematics::DhChain& chain, const JointMotion& motion,
                                const GravityOptions& options = {});
 
+/// Gravity of an arm from postures at rest, samples x joints each [rad or m], [N m or N]. Friction, whose direction is
+/// not known there, is part of the residuals, so that postures are best approached from all sides.
+/// @throws InvalidArgument for sizes that are not of the arm, numbers that are not finite, and invalid options.
+GravityResult identify_gravity_at_rest(const kinematics::DhChain& chain, const Eigen::MatrixXd& q,
+                                       const Eigen::MatrixXd& tau, const GravityOptions& options = {});
+
+/// Whether rows of joint values are postures one after the other rather than samples of a motion: from row to row they
+/// jump by more than 0.05 rad or m, and, where they have times, now here, now there.
+bool are_postures(const Eigen::MatrixXd& q, bool timed = true);
+
 }  // namespace kr5::identification

@@ -10,6 +10,7 @@
 #include <kr5/core/random.hpp>
 
 #include "identification/dynamics/column_algebra.hpp"
+#include "identification/dynamics/right_angles.hpp"
 
 namespace kr5::identification {
 namespace {
@@ -88,7 +89,11 @@ bool BaseParameters::identifiable(const VectorXd& combination, double tolerance)
 
 BaseParameters base_parameters(const DynamicsModel& model, const BaseParameterOptions& options) {
   options.validate();
-  const DynamicsRegressor regressor(model);
+  DynamicsModel meant = model;
+  const ArmInGravity arm = with_right_angles(model.chain, model.gravity);
+  meant.chain = arm.chain;
+  meant.gravity = arm.gravity;
+  const DynamicsRegressor regressor(meant);
   require(options.lower.size() == 0 || options.lower.size() == model.joints(),
           "lower, upper: expected " + std::to_string(model.joints()) + " values, found " +
               std::to_string(options.lower.size()));

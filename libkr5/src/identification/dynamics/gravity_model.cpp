@@ -9,9 +9,11 @@
 #include <kr5/core/error.hpp>
 #include <kr5/core/linear.hpp>
 #include <kr5/core/random.hpp>
+#include <kr5/core/statistics.hpp>
 #include <kr5/kinematics/inertial_regressor.hpp>
 
 #include "identification/dynamics/column_grouping.hpp"
+#include "identification/dynamics/right_angles.hpp"
 #include "identification/dynamics/slow_samples.hpp"
 #include "identification/log/residual_correlation.hpp"
 
@@ -68,7 +70,8 @@ std::vector<Index> moments_first(Index links) {
 ColumnGrouping identifiable_moments(const kinematics::DhChain& chain, const Eigen::Vector3d& gravity, VectorXd& size) {
   const auto n = static_cast<Index>(chain.joints.size());
   const Index postures = 20 * n;
-  StaticRegressor regressor(chain, gravity);
+  const ArmInGravity arm = with_right_angles(chain, gravity);
+  StaticRegressor regressor(arm.chain, arm.gravity);
   Random random(1);
   MatrixXd A(postures * n, moments_per_link * n);
   for (Index k = 0; k < postures; ++k)
@@ -221,7 +224,7 @@ std::vector<JointEquations> equations_of(const std::vector<SlowSamples>& samples
     for (Index r = 0; r < rows; ++r) {
       const Index k = s.rows[static_cast<std::size_t>(r)];
       out.back().tau[r] = motion.tau(k, s.joint);
-      out.back().friction(r, 0) = motion.qd(k, s.joint) > 0 ? 1.0 : -1.0;
+      if (!s.resting) out.back().friction(r, 0) = motion.qd(k, s.joint) > 0 ? 1.0 : -1.0;
       if (options.viscous && s.several_speeds) out.back().friction(r, 1) = motion.qd(k, s.joint);
       if (options.offset) out.back().friction(r, 2) = 1.0;
     }
@@ -353,17 +356,12 @@ std::vector<kinematics::Body> GravityModel::bodies(std::span<const kinematics::B
   return out;
 }
 
-GravityResult identify_gravity(const kinematics::DhChain& chain, const JointMotion& motion,
-                               const GravityOptions& options) {
-  options.validate();
-  motion.validate();
-  require_arm_values(chain, motion.q.cols(), "motion.q");
+namespace {
+
+/// Gravity from samples to which nothing is objected.
+GravityResult fit_gravity(const kinematics::DhChain& chain, const JointMotion& motion,
+                          const std::vector<SlowSamples>& samples, const GravityOptions& options) {
   GravityResult out;
-  const std::vector<SlowSamples> samples = slow_samples(motion, options.min_speed, options.max_speed);
-  if (std::string problem = objection(motion, samples, options.held_out); !problem.empty()) {
-    out.fit.message = std::move(problem);
-    return out;
-  }
   VectorXd size;
   const ColumnGrouping group = identifiable_moments(chain, options.gravity, size);
   GravityModel& model = out.model;
@@ -394,6 +392,50 @@ GravityResult identify_gravity(const kinematics::DhChain& chain, const JointMoti
   out.fit.iterations = 1;
   out.fit.message = "torques of slow motion fitted";
   return out;
+}
+
+GravityResult refused(std::string problem) {
+  GravityResult out;
+  out.fit.message = std::move(problem);
+  return out;
+}
+
+}  // namespace
+
+GravityResult identify_gravity(const kinematics::DhChain& chain, const JointMotion& motion,
+                               const GravityOptions& options) {
+  options.validate();
+  motion.validate();
+  require_arm_values(chain, motion.q.cols(), "motion.q");
+  const std::vector<SlowSamples> samples = slow_samples(motion, options.min_speed, options.max_speed);
+  if (std::string problem = objection(motion, samples, options.held_out); !problem.empty())
+    return refused(std::move(problem));
+  return fit_gravity(chain, motion, samples, options);
+}
+
+GravityResult identify_gravity_at_rest(const kinematics::DhChain& chain, const MatrixXd& q, const MatrixXd& tau,
+                                       const GravityOptions& options) {
+  options.validate();
+  require_arm_values(chain, q.cols(), "q");
+  const MatrixXd still = MatrixXd::Zero(q.rows(), q.cols());
+  const JointMotion postures{
+      VectorXd::LinSpaced(q.rows(), 0.0, static_cast<double>(q.rows() - 1)), q, still, still, tau, {}};
+  postures.validate();
+  if (std::string problem = objection_to_postures(q.rows(), options.held_out); !problem.empty())
+    return refused(std::move(problem));
+  return fit_gravity(chain, postures, resting_samples(postures), options);
+}
+
+bool are_postures(const MatrixXd& q, bool timed) {
+  constexpr double step = 0.05, bend = 0.5;  // [rad or m] of a row; of the change of a step over the step
+  if (q.rows() < 3) return q.rows() > 0;
+  const MatrixXd steps = q.bottomRows(q.rows() - 1) - q.topRows(q.rows() - 1);
+  const MatrixXd bends = steps.bottomRows(steps.rows() - 1) - steps.topRows(steps.rows() - 1);
+  const auto middle = [](const MatrixXd& rows) {
+    const VectorXd largest = rows.cwiseAbs().rowwise().maxCoeff();
+    return median({largest.begin(), largest.end()});
+  };
+  return middle(steps) > step && (!timed || middle(bends) > bend * middle(steps));
 }
 
 }  // namespace kr5::identification

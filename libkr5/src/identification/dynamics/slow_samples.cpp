@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace kr5::identification {
 namespace {
@@ -35,8 +36,27 @@ std::vector<SlowSamples> slow_samples(const JointMotion& motion, double min_spee
   return out;
 }
 
+std::vector<SlowSamples> resting_samples(const JointMotion& postures) {
+  std::vector<SlowSamples> out(static_cast<std::size_t>(postures.joints()));
+  for (int j = 0; j < postures.joints(); ++j) {
+    SlowSamples& s = out[static_cast<std::size_t>(j)];
+    s.joint = j;
+    s.resting = true;
+    s.rows.resize(static_cast<std::size_t>(postures.samples()));
+    std::iota(s.rows.begin(), s.rows.end(), Eigen::Index{0});
+  }
+  return out;
+}
+
 Eigen::Index held_out_count(Eigen::Index samples, double part) {
   return static_cast<Eigen::Index>(std::floor(part * static_cast<double>(samples)));
+}
+
+std::string objection_to_postures(Eigen::Index postures, double held_out) {
+  const Eigen::Index fitted = postures - held_out_count(postures, held_out);
+  if (fitted >= static_cast<Eigen::Index>(min_slow_rows)) return "";
+  return "found " + std::to_string(postures) + " postures, of which " + std::to_string(fitted) +
+         " are not held out; at least " + std::to_string(min_slow_rows) + " such are needed";
 }
 
 std::string objection(const JointMotion& motion, const std::vector<SlowSamples>& samples, double held_out) {
