@@ -74,6 +74,9 @@ static void bind_two_plane(py::module_& m) {
 
 static void bind_targets(py::module_& m) {
   m.def("marker_families", &marker_families, "Every marker family by name.");
+  m.def("marker_family", &marker_family, py::arg("name"),
+        "The name of a family by any that it has elsewhere: tag36h11, tagStandard41h12, DICT_APRILTAG_36h11, "
+        "DICT_4X4_50.");
   m.def("marker_count", &marker_count, py::arg("family"), "Number of markers of a family.");
   python::bind_enum<TargetKind>(m, "TargetKind", "Kind of a target.");
   python::bind_struct<MapMarker>(m, "MapMarker", "Marker of a map.");

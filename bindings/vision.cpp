@@ -148,6 +148,19 @@ static void bind_detect(py::module_& m) {
       "give the reason.");
 }
 
+static void bind_explanation(py::module_& m) {
+  m.def(
+      "explain_no_tags",
+      [](const GreyArray& image, const TagOptions& options) {
+        const ImageView view = view_of(image);
+        py::gil_scoped_release release;
+        return explain_no_tags(view, options);
+      },
+      py::arg("image"), py::arg("options"),
+      "Why a grey image (uint8, height x width) shows no marker of options.families, as status and message: they are "
+      "mirrored or inverted, of another family, or the picture is too dark, overexposed or blurred.");
+}
+
 static void bind_laser_line(py::module_& m) {
   python::bind_struct<LaserLineOptions>(m, "LaserLineOptions", "Options of compare_laser_line.");
   python::bind_struct<LaserLineComparison>(m, "LaserLineComparison", "Points of a profile beside a laser line.");
@@ -265,6 +278,7 @@ void bind_vision(py::module_& m) {
   bind_images(m);
   bind_render(m);
   bind_detect(m);
+  bind_explanation(m);
   bind_laser_line(m);
   bind_poses(m);
   bind_hole(m);

@@ -25,4 +25,21 @@ TEST_CASE("every family has markers with a closed black border") {
   CHECK_THROWS_WITH(marker_count("36h12"), Catch::Contains("36h11"));
 }
 
+TEST_CASE("a family is known by the names that others give it") {
+  for (const auto& [name, own] : {std::pair{"tag36h11", "36h11"},
+                                  {"36h11", "36h11"},
+                                  {"tag25h9", "25h9"},
+                                  {"tag16h5", "16h5"},
+                                  {"tagStandard41h12", "41h12"},
+                                  {"apriltag_36h11", "36h11"},
+                                  {"DICT_APRILTAG_16h5", "16h5"},
+                                  {"DICT_4X4_50", "aruco_4x4_50"},
+                                  {"cv2.aruco.DICT_6X6_250", "aruco_6x6_250"},
+                                  {"DICT_ARUCO_ORIGINAL", "aruco_original"}})
+    CHECK(marker_family(name) == own);
+  for (const char* name : {"", "tag", "tag36h10", "aruco", "4x4", "tagCircle21h7"})
+    CHECK_THROWS_WITH(marker_family(name), Catch::Contains("is unknown; expected 36h11"));
+  for (const std::string& family : marker_families()) CHECK(marker_family(family) == family);
+}
+
 }  // namespace family_test

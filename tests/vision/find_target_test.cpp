@@ -320,4 +320,62 @@ TEST_CASE("targets are found in every real image that shows them") {
   CHECK(found_in(stereo, "chessboard:6x9:0.025", 54) == static_cast<int>(stereo.size()));
 }
 
+namespace {
+
+/// Dots of rows that are shifted against each other by `shift` of a step, seen through H (board to pixels).
+Image shifted_dots(int rows, int cols, double shift, const Eigen::Matrix3d& H, std::uint8_t dot, std::uint8_t paper) {
+  Image image(900, 700, paper);
+  const Eigen::Matrix3d back = H.inverse();
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x) {
+      const Eigen::Vector2d p = (back * Eigen::Vector3d(x, y, 1)).hnormalized();
+      const double row = std::round(p.y());
+      if (row < 0 || row >= rows) continue;
+      const double beside = shift * (static_cast<int>(row) % 2), column = std::round(p.x() - beside);
+      if (column < 0 || column >= cols) continue;
+      const double off = (p - Eigen::Vector2d(column + beside, row)).norm();
+      const double cover = std::clamp((0.24 - off) * 40 + 0.5, 0.0, 1.0);
+      image.at(x, y) = static_cast<std::uint8_t>(std::lround(paper + cover * (dot - paper)));
+    }
+  return image;
+}
+
+}  // namespace
+
+TEST_CASE("dots of which every other row is shifted are no grid of straight rows") {
+  Eigen::Matrix3d H;
+  H << 55, 4, 160, 2, 50, 120, 2e-3, 1e-2, 1;
+  for (const auto& [dot, paper] : {std::pair{20, 235}, {235, 20}}) {
+    CAPTURE(dot);
+    const auto ink = static_cast<std::uint8_t>(dot), sheet = static_cast<std::uint8_t>(paper);
+    CHECK(find_target(shifted_dots(9, 7, 0.0, H, ink, sheet), parse_target("circles:9x7:0.02")).found());
+    for (const char* form : {"circles:9x7:0.02", "circles:7x9:0.02"}) {
+      const Detection seen = find_target(shifted_dots(9, 7, 0.5, H, ink, sheet), parse_target(form));
+      CHECK(seen.status == DetectStatus::WrongSize);
+      CHECK_THAT(seen.message, Catch::Contains("asymmetric grid"));
+    }
+  }
+}
+
+TEST_CASE("markers that are mirrored, inverted or of another family are told") {
+  const Target tag = parse_target("tag:tag36h11:7:0.08");
+  CHECK(tag.family == "36h11");
+  const PlacedTarget p = placed(tag, 0.5, 0.2, 1, 0.1);
+  const Image good = render(std::span(&p, 1), camera(640, 480, 600));
+  Image mirrored = good, inverted = good;
+  for (int y = 0; y < good.height; ++y)
+    std::reverse(mirrored.pixels.begin() + y * good.width, mirrored.pixels.begin() + (y + 1) * good.width);
+  for (std::uint8_t& grey : inverted.pixels) grey = static_cast<std::uint8_t>(255 - grey);
+  const TagOptions wanted{.families = {"DICT_APRILTAG_36h11"}};
+  REQUIRE(find_tags(good, wanted).size() == 1);
+  CHECK(find_tags(good, wanted)[0].family == "36h11");
+  CHECK(explain_no_tags(mirrored, wanted).status == DetectStatus::Mirrored);
+  CHECK(explain_no_tags(inverted, wanted).status == DetectStatus::Inverted);
+  CHECK(find_target(inverted, tag).status == DetectStatus::Inverted);
+  const Detection other = explain_no_tags(good, {.families = {"tagStandard41h12", "25h9"}});
+  CHECK(other.status == DetectStatus::WrongFamily);
+  CHECK_THAT(other.message, Catch::Contains("but of 36h11: ids 7"));
+  CHECK(explain_no_tags(Image(640, 480, 10), wanted).status == DetectStatus::TooDark);
+}
+
 }  // namespace find_target_test

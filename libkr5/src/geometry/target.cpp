@@ -237,12 +237,12 @@ Target parse_target(const std::string& text) {
     t.size = read.number<double>("the length");
   } else if (kind == "tag") {
     t.kind = TargetKind::Tag;
-    t.family = read.word("FAMILY");
+    t.family = marker_family(read.word("FAMILY"));
     t.first_id = read.number<int>("the id");
     t.size = read.number<double>("the side");
   } else if (kind == "grid") {
     t.kind = TargetKind::TagGrid;
-    t.family = read.word("FAMILY");
+    t.family = marker_family(read.word("FAMILY"));
     read.size(t);
     t.size = read.number<double>("the side");
     t.gap = read.number<double>("the gap");
@@ -250,7 +250,7 @@ Target parse_target(const std::string& text) {
   } else if (kind == "charuco" || kind == "charuco_legacy") {
     t.kind = TargetKind::Charuco;
     t.legacy = kind == "charuco_legacy";
-    t.family = read.word("FAMILY");
+    t.family = marker_family(read.word("FAMILY"));
     read.size(t);
     t.size = read.number<double>("the square");
     t.marker = read.number<double>("the marker");

@@ -36,7 +36,8 @@ def detect(
         ),
     ] = None,
     family: Annotated[
-        list[str] | None, typer.Option(help="Marker family, to find every marker of it, e.g. 36h11 or aruco_4x4_50.")
+        list[str] | None,
+        typer.Option(help="Marker family, to find every marker of it, e.g. 36h11, tag36h11 or aruco_4x4_50."),
     ] = None,
     camera: Annotated[Path | None, typer.Option(help="Camera file; with it the poses are estimated.")] = None,
     size: Annotated[
@@ -55,7 +56,7 @@ def detect(
     options.validate()
     wanted = load_target(target) if target else None
     for name in family or ():
-        kr5.marker_count(name)
+        kr5.marker_family(name)
     if size is not None and not size > 0:
         fail(f"--size: found {size}, expected the side of the markers in metres, above 0")
 
@@ -185,7 +186,10 @@ def _in_family(
         if lens and size:
             item |= _pose_keys(vision.estimate_tag_pose(tag, size, lens))
         items.append(item)
-    return items, None if items else {"status": "not_found", "message": f"no marker of {', '.join(families)} is seen"}
+    if items:
+        return items, None
+    why = vision.explain_no_tags(image, choice)
+    return [], {"status": str(why.status), "message": why.message}
 
 
 def _figures(found: list[dict[str, Any]]) -> list[dict[str, Any]]:

@@ -12,6 +12,9 @@ namespace kr5 {
 
 /// Every family by name.
 const std::vector<std::string>& marker_families();
+/// The name of a family by any that it has elsewhere: tag36h11, tagStandard41h12, DICT_APRILTAG_36h11, DICT_4X4_50.
+/// @throws InvalidArgument that lists the families.
+std::string marker_family(const std::string& name);
 /// Number of different markers of a family. @throws InvalidArgument that lists the families.
 int marker_count(const std::string& family);
 

@@ -20,9 +20,10 @@ namespace kr5::vision {
 enum class DetectStatus {
   Found,        ///< `view` holds the points.
   Mirrored,     ///< The target is there, but only in the mirrored image.
+  Inverted,     ///< The target is there, but black and white are exchanged.
   WrongMarker,  ///< Markers of the family, but none of the target.
   WrongFamily,  ///< Markers of another family.
-  WrongSize,    ///< A board with another number of rows or columns.
+  WrongSize,    ///< A board with other rows or columns, in number or shifted against each other.
   TooDark,
   Overexposed,
   Blurred,
@@ -31,6 +32,7 @@ enum class DetectStatus {
 constexpr auto enum_names(DetectStatus) {
   return names<DetectStatus>({{DetectStatus::Found, "found"},
                               {DetectStatus::Mirrored, "mirrored"},
+                              {DetectStatus::Inverted, "inverted"},
                               {DetectStatus::WrongMarker, "wrong_marker"},
                               {DetectStatus::WrongFamily, "wrong_family"},
                               {DetectStatus::WrongSize, "wrong_size"},
@@ -89,5 +91,9 @@ struct Detection {
 /// in the image: perspective moves the two apart. @throws InvalidArgument for an empty image, a bad target or bad
 /// options.
 Detection find_target(ImageView image, const Target& target, const DetectOptions& options = {});
+
+/// Why an image shows no marker of `options.families`, as status and message: they are mirrored or inverted, of another
+/// family, or the picture is too dark, overexposed or blurred. @throws InvalidArgument as find_tags.
+Detection explain_no_tags(ImageView image, const TagOptions& options);
 
 }  // namespace kr5::vision

@@ -52,6 +52,21 @@ std::vector<Vector2d> dots_of(const cv::Mat& picture, bool dark) {
   return dots;
 }
 
+/// Whether steps from dot to dot hardly change along rows and columns, as those of a flat grid through any lens: dots
+/// that were put into the order of another grid zigzag.
+bool is_even(const PixelGrid& grid) {
+  constexpr double most = 0.4;  // change of a step over the step
+  const auto bent = [](const Vector2d& a, const Vector2d& b, const Vector2d& c) {
+    return (c - 2 * b + a).norm() > most * std::min((b - a).norm(), (c - b).norm());
+  };
+  for (int r = 0; r < grid.rows; ++r)
+    for (int c = 0; c < grid.cols; ++c) {
+      if (r + 2 < grid.rows && bent(grid.at(r, c), grid.at(r + 1, c), grid.at(r + 2, c))) return false;
+      if (c + 2 < grid.cols && bent(grid.at(r, c), grid.at(r, c + 1), grid.at(r, c + 2))) return false;
+    }
+  return true;
+}
+
 /// Our own way from dot to dot, which stray dots do not disturb; then OpenCV's.
 std::optional<PixelGrid> find_grid(ImageView image, int rows, int cols) {
   const cv::Mat picture = cv_view(image);
@@ -72,7 +87,7 @@ std::optional<PixelGrid> find_grid(ImageView image, int rows, int cols) {
       if (!found || centres.size() != static_cast<std::size_t>(rows * cols)) continue;
       PixelGrid grid{rows, cols, {}};
       for (const cv::Point2f& p : centres) grid.points.push_back(shrunk({p.x, p.y}));
-      return grid;
+      if (is_even(grid)) return grid;
     }
   return std::nullopt;
 }
@@ -168,6 +183,18 @@ std::optional<SeenPoints> find_circles(ImageView image, const Target& target, Re
       if (dots.fits[i]) seen.pixel[i] = true_centre(H, dots.fits[i]->centre.pixel, dots.fits[i]->Q);
   }
   return seen;
+}
+
+bool shows_shifted_rows(ImageView image, int rows, int cols) {
+  const cv::Mat picture = cv_view(image);
+  std::vector<cv::Point2f> centres;
+  for (const bool dark : {true, false})
+    for (const cv::Size& size : {cv::Size(cols, rows), cv::Size(rows, cols)})
+      if (cv::findCirclesGrid(picture, size, centres, cv::CALIB_CB_ASYMMETRIC_GRID, dot_detector(picture, dark)) ||
+          cv::findCirclesGrid(picture, size, centres, cv::CALIB_CB_ASYMMETRIC_GRID | cv::CALIB_CB_CLUSTERING,
+                              dot_detector(picture, dark)))
+        return true;
+  return false;
 }
 
 int seen_dots(ImageView image) { return static_cast<int>(dots_of(cv_view(image), true).size()); }

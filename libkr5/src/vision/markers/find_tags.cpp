@@ -139,7 +139,7 @@ void refine(ImageView image, TagDetection& tag) {
 
 void TagOptions::validate() const {
   require(!families.empty(), "families: at least one marker family is needed");
-  for (const std::string& family : families) marker_count(family);
+  for (const std::string& family : families) marker_family(family);
   require(decimate == 0 || (decimate >= 0.5 && decimate <= 8), "decimate must be 0 (chosen by image size) or 0.5 to 8");
   require(threads >= 1 && threads <= 64, "threads must lie between 1 and 64");
   require(max_hamming >= 0 && max_hamming <= 2, "max_hamming must be 0, 1 or 2");
@@ -152,7 +152,8 @@ std::vector<TagDetection> find_tags(ImageView image, const TagOptions& options) 
   const double decimate = options.decimate > 0 ? options.decimate : usual_decimate(image);
   std::vector<std::string> april;
   std::vector<TagDetection> tags;
-  for (const std::string& family : options.families) {
+  for (const std::string& name : options.families) {
+    const std::string family = marker_family(name);
     if (is_apriltag(family)) {
       april.push_back(family);
     } else {

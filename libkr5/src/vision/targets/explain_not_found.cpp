@@ -8,6 +8,7 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include <kr5/geometry/marker_family.hpp>
 #include <kr5/vision/family.hpp>
 
 #include "vision/boards/find_chessboard.hpp"
@@ -22,6 +23,12 @@ void say(Detection& result, DetectStatus status, const std::string& text) {
   result.message = text;
 }
 
+std::string listed_words(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+  return text;
+}
+
 std::string list(const std::set<int>& ids) {
   std::string text;
   int count = 0;
@@ -32,8 +39,8 @@ std::string list(const std::set<int>& ids) {
   return text;
 }
 
-/// Markers of other families; one dictionary of each size holds the smaller ones of that size.
-bool wrong_family(ImageView image, const Target& target, Detection& result) {
+/// Markers of other families than the wanted ones; one dictionary of each size holds the smaller ones of that size.
+bool wrong_family(ImageView image, const std::vector<std::string>& wanted, Detection& result) {
   TagOptions options{.families = {"36h11", "25h9", "41h12", "16h5", "aruco_4x4_1000", "aruco_5x5_1000",
                                   "aruco_6x6_1000", "aruco_7x7_1000", "aruco_original"}};
   options.refine = Refinement::None;
@@ -41,7 +48,7 @@ bool wrong_family(ImageView image, const Target& target, Detection& result) {
   options.min_margin = 50;
   std::map<std::string, std::set<int>> seen;
   for (const TagDetection& tag : find_tags(image, options)) seen[tag.family].insert(tag.id);
-  seen.erase(target.family);
+  for (const std::string& family : wanted) seen.erase(family);
   for (const char* weak : {"aruco_4x4_1000", "16h5", "aruco_original"})  // these turn up by chance
     if (seen.contains(weak) && seen[weak].size() < 2) seen.erase(weak);
   const std::map<std::string, std::set<int>>::value_type* most = nullptr;
@@ -51,7 +58,7 @@ bool wrong_family(ImageView image, const Target& target, Detection& result) {
   std::string family = most->first;
   if (family.starts_with("aruco") && family.ends_with("_1000")) family = family.substr(0, 9) + "_*";
   say(result, DetectStatus::WrongFamily,
-      "no marker of family " + target.family + ", but of " + family + ": ids " + list(most->second) +
+      "no marker of family " + listed_words(wanted) + ", but of " + family + ": ids " + list(most->second) +
           "; specify that family");
   return true;
 }
@@ -84,6 +91,13 @@ bool wrong_size(ImageView image, const Target& target, Detection& result) {
     say(result, DetectStatus::WrongSize,
         "a chessboard of " + std::to_string(size->first) + "x" + std::to_string(size->second) +
             " inner corners is seen, where " + expected + " was expected; specify that size, or show the whole board");
+    return true;
+  }
+  if (shows_shifted_rows(image, target.rows, target.cols)) {
+    say(result, DetectStatus::WrongSize,
+        "the dots are those of an asymmetric grid, of which every other row is shifted by half a step, and " +
+            expected +
+            " is one of straight rows and columns; print such a one with kr5 target print circles:ROWSxCOLS:SPACING");
     return true;
   }
   const int dots = seen_dots(image), wanted = target.rows * target.cols;
@@ -138,6 +152,48 @@ void bad_picture(ImageView image, Detection& result) {
 
 }  // namespace
 
+void say_mirrored(Detection& result) {
+  say(result, DetectStatus::Mirrored,
+      "the image is mirrored: the target is found in it when left and right are exchanged; switch off mirroring in the "
+      "camera driver, or check for a mirror in the light path");
+}
+
+void say_inverted(Detection& result) {
+  say(result, DetectStatus::Inverted,
+      "the target is inverted: it is found when black and white are exchanged; print it black on white, or switch off "
+      "the negative in the camera driver");
+}
+
+Image mirrored_image(ImageView image) {
+  Image out(image.width, image.height);
+  cv::Mat picture(image.height, image.width, CV_8UC1, out.pixels.data());
+  cv::flip(cv_view(image), picture, 1);
+  return out;
+}
+
+Image inverted_image(ImageView image) {
+  Image out(image.width, image.height);
+  cv::Mat picture(image.height, image.width, CV_8UC1, out.pixels.data());
+  cv::bitwise_not(cv_view(image), picture);
+  return out;
+}
+
+Detection explain_no_tags(ImageView image, const TagOptions& options) {
+  Detection result;
+  TagOptions plain = options;
+  plain.refine = Refinement::None;
+  plain.max_hamming = 0;
+  std::vector<std::string> wanted;
+  for (const std::string& family : options.families) wanted.push_back(marker_family(family));
+  if (!find_tags(mirrored_image(image), plain).empty())
+    say_mirrored(result);
+  else if (!find_tags(inverted_image(image), plain).empty())
+    say_inverted(result);
+  else if (!wrong_family(image, wanted, result))
+    bad_picture(image, result);
+  return result;
+}
+
 void say_other_layout(const Target& target, const Target& other, Detection& result) {
   say(result, DetectStatus::WrongSize,
       "the markers lie as on a grid of " + std::to_string(other.rows) + "x" + std::to_string(other.cols) +
@@ -147,7 +203,8 @@ void say_other_layout(const Target& target, const Target& other, Detection& resu
 
 void explain_not_found(ImageView image, const Target& target, Detection& result) {
   const bool markers = target.kind != TargetKind::Chessboard && target.kind != TargetKind::CircleGrid;
-  if (markers ? wrong_marker(target, result) || wrong_family(image, target, result) : wrong_size(image, target, result))
+  if (markers ? wrong_marker(target, result) || wrong_family(image, {target.family}, result)
+              : wrong_size(image, target, result))
     return;
   bad_picture(image, result);
 }

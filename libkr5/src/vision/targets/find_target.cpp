@@ -202,18 +202,13 @@ Detection find_target(ImageView image, const Target& target, const DetectOptions
   result.message = "not found";
   if (!options.explain) return result;
   if (has_markers(target)) {
-    Image mirrored(image.width, image.height);
-    cv::Mat out(image.height, image.width, CV_8UC1, mirrored.pixels.data());
-    cv::flip(cv_view(image), out, 1);
     DetectOptions plain = options;
     plain.refine = Refinement::None;
-    if (search(mirrored, target, plain).found()) {
-      result.status = DetectStatus::Mirrored;
-      result.message =
-          "the image is mirrored: the target is found in it when left and right are exchanged; switch off "
-          "mirroring in the camera driver, or check for a mirror in the light path";
-      return result;
-    }
+    if (search(mirrored_image(image), target, plain).found())
+      say_mirrored(result);
+    else if (search(inverted_image(image), target, plain).found())
+      say_inverted(result);
+    if (result.status != DetectStatus::NotFound) return result;
   }
   explain_not_found(image, target, result);
   return result;
