@@ -268,6 +268,13 @@ std::vector<T> at(const std::vector<T>& values, const std::vector<int>& index) {
   return out;
 }
 
+/// The likelier first; of causes that are as good as certain, the one of more consequence.
+bool comes_first(const NamedCause& a, const NamedCause& b) {
+  constexpr double certain = 0.99;
+  const double likely_a = std::min(a.probability, certain), likely_b = std::min(b.probability, certain);
+  return likely_a != likely_b ? likely_a > likely_b : a.consequence > b.consequence;
+}
+
 /// A few bad views outweigh a small fault of all the others: what is found without them stands beside them.
 /// @param without The diagnosis of the kept views.
 void add_causes_beside_outliers(const HandEyeDiagnosis& without, const std::vector<int>& kept,
@@ -277,7 +284,7 @@ void add_causes_beside_outliers(const HandEyeDiagnosis& without, const std::vect
     cause.views = at(kept, cause.views);
     if (cause.cause != HandEyeCause::OutlierViews) out.causes.push_back(std::move(cause));
   }
-  std::ranges::stable_sort(out.causes, std::greater(), &NamedCause::consequence);
+  std::ranges::stable_sort(out.causes, comes_first);
   decide(result, options, out);
 }
 
