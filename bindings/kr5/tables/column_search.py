@@ -3,6 +3,8 @@
 import re
 from collections.abc import Sequence
 
+import numpy as np
+
 import kr5
 from kr5.logs.column_names import find_families
 from kr5.logs.log import Log
@@ -52,8 +54,8 @@ class ColumnSearch:
                     f"{role.option}: found {len(names)} names, expected three a point, such as x,y,z or"
                     " x1,y1,z1,x2,y2,z2"
                 )
-        elif not self.log.named and len(self.log.names()) == 3:
-            names = self.log.names()
+        elif not self.log.named and len(self.log.names()) - self._stamps() == 3:
+            names = self.log.names()[-3:]
         else:
             numbers = [k for k in range(1, MOST_COUNTED + 1) if self._named(f"x{k}")]
             names = [f"{axis}{k}" for k in numbers for axis in "xyz"] or ["x", "y", "z"]
@@ -64,6 +66,12 @@ class ColumnSearch:
         columns = [c for _, c in found if c is not None]
         self._refuse_text(columns)
         return [] if lacking else columns
+
+    def _stamps(self) -> int:
+        """1 where columns without names begin with one that rises from row to row, as a clock does."""
+        names = self.log.names()
+        first = self.log.columns.get(names[0], np.empty(0)) if len(names) > 1 else np.empty(0)
+        return int(len(first) > 2 and bool((np.diff(first) > 0).all()))
 
     def column_of_words(self, role: TextRole) -> str | None:
         """The column of a role of words."""

@@ -10,14 +10,13 @@ from kr5.files.documents import OpenDocument, display_value, parse_json, read_te
 from kr5.logs.compared_source import SourceOptions, input_files
 
 from kr5_tools.cli import arguments, tables, terminal
+from kr5_tools.cli.arm_file import BaseOption, TipOption
 from kr5_tools.cli.table_options import ColumnsOption, EpisodesOption
 from kr5_tools.gap import bench, diagnose, effects, explain, plan
 from kr5_tools.gap.source import (
-    BaseOption,
     ModelOption,
     SetOption,
     SourceArgument,
-    TipOption,
     TrustOption,
     overrides_of,
     print_source,

@@ -15,16 +15,15 @@ from kr5.models.mujoco_check import MujocoCheck
 from kr5.models.writing import WrittenModel
 
 from kr5_tools.cli import arguments, terminal
+from kr5_tools.cli.arm_file import BaseOption, TipOption
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.table_options import CheckOption, ColumnsOption, EpisodesOption
 from kr5_tools.cli.terminal import Console
 from kr5_tools.gap.diagnosis_run import run_diagnosis
 from kr5_tools.gap.source import (
-    BaseOption,
     ModelOption,
     SetOption,
     SourceArgument,
-    TipOption,
     TrustOption,
     overrides_of,
     read_source,

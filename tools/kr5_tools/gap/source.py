@@ -31,12 +31,6 @@ ModelOption = Annotated[
         ),
     ),
 ]
-BaseOption = Annotated[
-    str, typer.Option("--base", metavar="LINK", help="Link of the model that is the base; by default its root.")
-]
-TipOption = Annotated[
-    str, typer.Option("--tip", metavar="LINK", help="Link of the model that is the tool; by default its only end.")
-]
 SetOption = Annotated[
     list[str] | None,
     typer.Option(

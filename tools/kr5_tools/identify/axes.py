@@ -13,6 +13,7 @@ from kr5.files.results import write_result
 from kr5.files.writing import check_writable, write_json
 from kr5.tables.options import TableOptions
 from kr5.tables.roles import joints_role
+from kr5.tables.table import Table
 
 from kr5_tools.calibrate.postures import POINTS, POSE, measured
 from kr5_tools.cli.arguments import JsonOption, ResultOption
@@ -133,7 +134,10 @@ def _image_turns(folders: list[Path], camera: Path | None, target: str | None, m
 
 def _table_turn(file: Path, wanted: TableOptions) -> tuple[list[Any], list[str]]:
     """Samples of a table in which one joint turns, with its joint value where there is one that varies alone."""
-    table = wanted.read(file, [POSE, POINTS])
+    return _turn_of(wanted.read(file, [POSE, POINTS]), file)
+
+
+def _turn_of(table: Table, file: Path) -> tuple[list[Any], list[str]]:
     rows = measured(table)
     labels = [f"{file.name} {table.row(i)}" for i in range(len(rows))]
     return [calibration.JointSample(**row) for row in rows], labels
@@ -148,7 +152,11 @@ def _turns(files: list[Path], wanted: TableOptions) -> Turns:
             out.labels.append(labels)
         return out
     file = files[0]
-    table = wanted.read(file, [joints_role(), POSE, POINTS])
+    table = wanted.read(file, [joints_role(needed=False), POSE, POINTS])
+    if "q" not in table:
+        samples, labels = _turn_of(table, file)
+        wanted.notes.append(f"{file}: without joint values it is read as the turn of one joint.")
+        return Turns(np.zeros(1), [samples], [labels])
     q = np.asarray(table["q"])
     split = calibration.split_turns(q)
     if split.several:

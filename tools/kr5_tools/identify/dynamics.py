@@ -14,6 +14,7 @@ from kr5.logs.joint_motion import arm_model, merged_motion
 from kr5.logs.log_file import LOG_FORMATS
 
 from kr5_tools.cli.arguments import JsonOption, ResultOption
+from kr5_tools.cli.arm_file import BaseOption, TipOption, arm_file
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.table_options import ColumnsOption, EpisodesOption
 from kr5_tools.cli.tables import figure_row, make_table, print_result
@@ -44,7 +45,9 @@ def dynamics(
     terms: identification.JointTerms,
     cell: Annotated[
         Path | None,
-        typer.Option("--cell", metavar="CELL", help="Cell file or URDF of the arm; for a log, its map is guessed."),
+        typer.Option(
+            "--cell", metavar="CELL", help="Cell file, URDF or MJCF of the arm; for a log, its map is guessed."
+        ),
     ] = None,
     map_file: Annotated[
         Path | None,
@@ -60,6 +63,8 @@ def dynamics(
     ] = 1 / 3,
     columns: ColumnsOption = None,
     episodes: EpisodesOption = "",
+    base: BaseOption = "",
+    tip: TipOption = "",
     output: ResultOption = None,
     page: Annotated[
         Path | None,
@@ -79,7 +84,7 @@ def dynamics(
     """
     options.validate()
     check_writable(output, page, write_cell, json_file, inputs=[source, cell, map_file])
-    motions = read_motions(source, cell, map_file, held_out, columns, episodes)
+    motions = read_motions(source, arm_file(cell, base, tip), map_file, held_out, columns, episodes)
     fit, check = condition_parts(motions, conditioning_of(log, motions.cell))
     model = arm_model(motions.cell, [terms] * motions.cell.robot.joints)
     options.held_out = 0.0

@@ -8,11 +8,12 @@ import kr5.cell
 import kr5.identification
 import numpy as np
 import typer
-from kr5 import cell, identification, predict, robot
+from kr5 import identification, predict, robot
 from kr5.files.results import write_result
 from kr5.files.writing import check_writable, write_json
 
 from kr5_tools.cli.arguments import JsonOption, ResultOption
+from kr5_tools.cli.arm_file import ArmFile, BaseOption, TipOption
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import Console, console, fail, print_note, share_bar
@@ -29,9 +30,7 @@ BOOK_CONDITION = 51.0  # Hayat et al. 2022, section 4.4.3.2 [-]
     skip=("torque_noise", "start", "lowest", "points", "keep_out", "link_radii"),
 )
 def excitation(
-    arm: Annotated[
-        Path, typer.Argument(metavar="CELL|ROBOT.urdf", help="Cell file, or URDF of a robot with one serial arm.")
-    ],
+    arm: Annotated[Path, typer.Argument(metavar="CELL|ROBOT", help="Cell file, or URDF or MJCF of a robot.")],
     options: identification.ExcitationOptions,
     start: Annotated[
         str | None, typer.Option(metavar="Q1,Q2,…", help="Joint values at the start and the end \\[rad or m].")
@@ -85,6 +84,8 @@ def excitation(
     krl: Annotated[
         Path | None, typer.Option(metavar="NAME", help="The motion as a KRL module: NAME.src and NAME.dat, in degrees.")
     ] = None,
+    base: BaseOption = "",
+    tip: TipOption = "",
     output: ResultOption = None,
     json_file: JsonOption = None,
 ) -> None:
@@ -102,7 +103,7 @@ def excitation(
     """
     modules = krl_files(krl) if krl else (None, None)
     check_writable(output, json_file, csv, *modules, inputs=[arm, *([keep_out] if keep_out else [])])
-    believed = cell.import_urdf(arm).cell if arm.suffix.lower() == ".urdf" else cell.load_cell(arm)
+    believed = ArmFile(arm, base, tip).cell()
     joints = len(believed.nominal_chain().joints)
     limits = _limits(believed, joints, speed, acceleration, torque)
     if start is not None:

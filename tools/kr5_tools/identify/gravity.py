@@ -15,6 +15,7 @@ from kr5.tables.options import TableOptions
 from kr5.tables.roles import CURRENTS, OPTIONAL_TIME, SPEEDS, TORQUES, joints_role
 
 from kr5_tools.cli.arguments import JsonOption, ResultOption
+from kr5_tools.cli.arm_file import ArmFile, BaseOption, TipOption
 from kr5_tools.cli.cell_output import WriteCellOption, write_cell_file
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.table_options import AngleUnit, ColumnsOption, EpisodeOption, JointColumns, LengthUnit, tell_notes
@@ -25,6 +26,10 @@ from kr5_tools.identify.motion_logs import FROM_THE_CELL, conditioning_of, requi
 app = typer.Typer()
 LARGE_ERROR = 0.2  # held-out error over the torque of a joint, above which a model is doubtful [-]
 MOST_POSTURES = 400  # of the log, for current limits
+AT_REST = (
+    "the rows are postures at rest, where friction holds the arm in unknown directions: it is part of the residuals,"
+    " and biases gravity unless the postures were approached from all sides; slow motions to and fro tell it apart"
+)
 MOST_SHOWN = 600  # samples of a result file, for its plots
 
 
@@ -37,16 +42,15 @@ MOST_SHOWN = 600  # samples of a result file, for its plots
 )
 @options_from(identification.PassiveLimitOptions, skip=("T_flange_tool", "directions"), argument="limit_options")
 def gravity(
-    arm: Annotated[
-        Path, typer.Argument(metavar="CELL|ROBOT.urdf", help="Cell file, or URDF of a robot with one serial arm.")
-    ],
+    arm: Annotated[Path, typer.Argument(metavar="CELL|ROBOT", help="Cell file, or URDF or MJCF of a robot.")],
     log: Annotated[
         Path,
         typer.Argument(
             metavar="LOG",
             help=(
                 "Slow motions to and fro, joints together or one after the other: t, joint values q1 …, and torques on"
-                " the joint side tau1 … or motor currents i1 … [A]; speeds qd1 … if there are any."
+                " the joint side tau1 … or motor currents i1 … [A]; speeds qd1 … if there are any. Or postures at rest,"
+                " a row each, without t."
                 f" {LOG_FORMATS}."
             ),
         ),
@@ -67,6 +71,8 @@ def gravity(
     angle: AngleUnit = None,
     length: LengthUnit = None,
     write_cell: WriteCellOption = None,
+    base: BaseOption = "",
+    tip: TipOption = "",
     output: ResultOption = None,
     json_file: JsonOption = None,
 ) -> None:
@@ -79,17 +85,22 @@ def gravity(
     options.validate()
     limit_options.validate()
     check_writable(output, json_file, write_cell, inputs=[arm, log])
-    believed = cell.import_urdf(arm).cell if arm.suffix.lower() == ".urdf" else cell.load_cell(arm)
+    believed = ArmFile(arm, base, tip).cell()
     if write_cell and not believed.robot.links:
         fail(f"{arm}: robot.links: found none, expected the masses of the links, which --write-cell keeps")
     chain = believed.nominal_chain()
     options.gravity = believed.robot.gravity
     wanted = TableOptions(columns, joints, length=length, angle=angle, episodes=episodes)
-    logged = slow_log(log, believed, wanted)
-    tell_notes(wanted.notes)
-    motion, findings = slow_motion(log, logged, conditioning_of(conditioning, believed))
+    logged, at_rest = gravity_log(log, believed, wanted)
+    tell_notes([*wanted.notes, *([AT_REST] if at_rest else [])])
+    findings: list[identification.LogFinding] = []
     with spinner("Identifying gravity"):
-        found = identification.identify_gravity(chain, motion, options)
+        if at_rest:
+            motion = resting_motion(logged)
+            found = identification.identify_gravity_at_rest(chain, logged.q, logged.tau, options)
+        else:
+            motion, findings = slow_motion(log, logged, conditioning_of(conditioning, believed))
+            found = identification.identify_gravity(chain, motion, options)
     if not found.fit.usable:
         fail(f"{log}: {found.fit.message}")
     keys = _keys(found, motion, findings)
@@ -97,7 +108,8 @@ def gravity(
     out = console(json_file)
     if planar:
         _add_planar(keys, motion, chain, options)
-    limits = _add_limits(keys, believed, found, motion, limit_options) if believed.drives is not None else None
+    moving = believed.drives is not None and not at_rest
+    limits = _add_limits(keys, believed, found, motion, limit_options) if moving else None
     print_result(keys, out)
     _show(found, chain, out)
     if limits:
@@ -110,17 +122,15 @@ def gravity(
     write_json(data, json_file)
 
 
-def slow_log(log: Path, believed: kr5.cell.Cell, wanted: TableOptions) -> Any:
-    """A log as it came, in SI: joint values, speeds, torques. Currents become torques by the motors of the cell."""
+def gravity_log(log: Path, believed: kr5.cell.Cell, wanted: TableOptions) -> tuple[identification.JointLog, bool]:
+    """A log as it came, in SI: joint values, speeds, torques, and whether its rows are postures at rest. Currents
+    become torques by the motors of the cell."""
     joints = believed.nominal_chain().joints
     table = wanted.read(log, [OPTIONAL_TIME, joints_role(joints), SPEEDS, TORQUES, CURRENTS], len(joints))
-    if "t" not in table:
-        raise table.lacks(
-            "t",
-            "time: postures at rest do not tell gravity from friction, which only the two directions of slow motions"
-            " do; log these",
-        )
-    t = table["t"]
+    at_rest = identification.are_postures(table["q"], timed="t" in table)
+    if "t" not in table and not at_rest:
+        raise table.lacks("t", "time of the samples; only postures at rest, far apart from row to row, need none")
+    t = table["t"] if "t" in table else np.arange(len(table["q"]), dtype=float)
     if len(t) < 3 or not (np.diff(t) > 0).all():
         fail(f"{log}: t: expected at least three increasing times [s]")
     if "tau" in table:
@@ -134,7 +144,13 @@ def slow_log(log: Path, believed: kr5.cell.Cell, wanted: TableOptions) -> Any:
     log_of_arm = identification.JointLog(t=t, q=table["q"], tau=tau)
     if "qd" in table:
         log_of_arm.qd = table["qd"]
-    return log_of_arm
+    return log_of_arm, at_rest
+
+
+def resting_motion(log: identification.JointLog) -> identification.JointMotion:
+    """Postures at rest as samples without speed."""
+    still = np.zeros_like(log.q)
+    return identification.JointMotion(t=log.t, q=log.q, qd=still, qdd=still, tau=log.tau)
 
 
 def slow_motion(

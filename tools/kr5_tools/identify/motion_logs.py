@@ -23,6 +23,7 @@ from kr5.logs.overrides import GivenEntries
 from kr5.logs.units import OF_RANGE
 from kr5.logs.values import to_si
 
+from kr5_tools.cli.arm_file import ArmFile
 from kr5_tools.cli.options import options_from
 
 TEMPERATURE = re.compile(
@@ -44,16 +45,9 @@ class MotionLogs:
     notes: list[str] = field(default_factory=list)
 
 
-def load_arm(file: Path) -> Any:
-    """The cell of a cell file or a URDF."""
-    if file.suffix.lower() in (".urdf", ".xml"):
-        return kr5.cell.import_urdf(file).cell
-    return kr5.cell.load_cell(file)
-
-
 def read_motions(
     source: Path,
-    arm: Path | None,
+    arm: ArmFile | None,
     map_file: Path | None,
     held_out: float,
     columns: str | None = None,
@@ -77,7 +71,9 @@ def read_motions(
         given = GivenEntries(header=names_in_order(columns) if columns else None, episodes=episodes)
         out = _guessed_motions(source, arm, given)
     else:
-        raise kr5.FileError(source, "a log needs its arm: --cell with a cell file or a URDF, or --map with a map file")
+        raise kr5.FileError(
+            source, "a log needs its arm: --cell with a cell file, a URDF or an MJCF, or --map with a map file"
+        )
     if not out.fit:
         raise kr5.FileError(source, "found no motion with joint values and currents or torques to fit, expected one")
     if not out.check and held_out > 0:
@@ -106,9 +102,9 @@ def _rows(log: kr5.identification.JointLog, keep: np.ndarray) -> Any:
     )
 
 
-def _recording_motions(folder: Path, arm: Path | None) -> MotionLogs:
+def _recording_motions(folder: Path, arm: ArmFile | None) -> MotionLogs:
     recording = kr5.cell.load_recording(folder)
-    out = MotionLogs(load_arm(arm) if arm else recording.cell)
+    out = MotionLogs(arm.cell() if arm else recording.cell)
     n = out.cell.robot.joints
     for experiment in recording.experiments:
         if str(experiment.kind) != "motion":
@@ -149,8 +145,8 @@ def _experiment_log(cell: kr5.cell.Cell, experiment: kr5.cell.Experiment, n: int
     )
 
 
-def _guessed_motions(source: Path, arm: Path, given: GivenEntries) -> MotionLogs:
-    cell = load_arm(arm)
+def _guessed_motions(source: Path, arm: ArmFile, given: GivenEntries) -> MotionLogs:
+    cell = arm.cell()
     with tempfile.TemporaryDirectory() as folder:
         cell_file, map_file = Path(folder) / "cell.yaml", Path(folder) / "map.yaml"
         kr5.cell.save_cell(cell, cell_file)

@@ -16,6 +16,7 @@ from kr5.logs.joint_motion import arm_model, merged_motion
 from kr5.logs.log_file import LOG_FORMATS
 
 from kr5_tools.cli.arguments import JsonOption, ResultOption
+from kr5_tools.cli.arm_file import BaseOption, TipOption, arm_file
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.table_options import ColumnsOption, EpisodesOption
 from kr5_tools.cli.tables import figure_row, make_table, print_result
@@ -51,13 +52,16 @@ def payload(
         ),
     ] = None,
     cell: Annotated[
-        Path | None, typer.Option("--cell", metavar="CELL", help="Cell file of the arm, as identified; or its URDF.")
+        Path | None,
+        typer.Option("--cell", metavar="CELL", help="Cell file of the arm, as identified; or its URDF or MJCF."),
     ] = None,
     map_file: Annotated[
         Path | None, typer.Option("--map", metavar="MAP.yaml", help="Meaning of the columns of both logs.")
     ] = None,
     columns: ColumnsOption = None,
     episodes: EpisodesOption = "",
+    base: BaseOption = "",
+    tip: TipOption = "",
     output: ResultOption = None,
     page: Annotated[
         Path | None, typer.Option("--page", metavar="FILE.html", help="Page with what the load adds to each torque.")
@@ -75,10 +79,10 @@ def payload(
     """
     options.validate()
     check_writable(output, page, write_cell, json_file, inputs=[source, without, cell, map_file])
-    loaded, arm = read_motions(source, cell, map_file, 0.0, columns, episodes), None
+    loaded, arm = read_motions(source, arm_file(cell, base, tip), map_file, 0.0, columns, episodes), None
     motion = conditioned(loaded, log)
     if without:
-        bare = read_motions(without, cell, map_file, 0.0, columns, episodes)
+        bare = read_motions(without, arm_file(cell, base, tip), map_file, 0.0, columns, episodes)
         arm = identified_arm(bare, conditioned(bare, log), terms, without)
     with spinner("Identifying the payload"):
         if arm is not None:

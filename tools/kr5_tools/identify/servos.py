@@ -14,15 +14,14 @@ from kr5.models import writing as model_writing
 from kr5.models.kinds import kind_of_output
 
 from kr5_tools.cli import arguments
+from kr5_tools.cli.arm_file import BaseOption, TipOption
 from kr5_tools.cli.table_options import CheckOption, ColumnsOption, EpisodesOption
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import Console, console, spinner
 from kr5_tools.gap.source import (
-    BaseOption,
     ModelOption,
     SetOption,
     SourceArgument,
-    TipOption,
     TrustOption,
     overrides_of,
     print_source,

@@ -6,11 +6,12 @@ from typing import Annotated, Any, Literal
 import kr5.cell
 import numpy as np
 import typer
-from kr5 import cell, kinematics
+from kr5 import kinematics
 from kr5.files.results import write_result
 from kr5.files.writing import check_writable, write_json
 
 from kr5_tools.cli.arguments import JsonOption, ResultOption
+from kr5_tools.cli.arm_file import ArmFile, BaseOption, TipOption
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, print_result
 from kr5_tools.cli.terminal import console, fail, print_note, spinner
@@ -22,9 +23,7 @@ Point = Literal["auto", "flange", "wrist", "tool"]
 @app.command(epilog="Example:  kr5 workspace cell.yaml -o workspace.json")
 @options_from(kinematics.WorkspaceOptions, skip=("point",))
 def workspace(
-    arm: Annotated[
-        Path, typer.Argument(metavar="CELL|ROBOT.urdf", help="Cell file, or URDF of a robot with one serial arm.")
-    ],
+    arm: Annotated[Path, typer.Argument(metavar="CELL|ROBOT", help="Cell file, or URDF or MJCF of a robot.")],
     options: kinematics.WorkspaceOptions,
     point: Annotated[
         Point,
@@ -32,6 +31,8 @@ def workspace(
             help="Mapped point; auto: centre of a spherical wrist, for which makers state the reach, else flange."
         ),
     ] = "auto",
+    base: BaseOption = "",
+    tip: TipOption = "",
     output: ResultOption = None,
     json_file: JsonOption = None,
 ) -> None:
@@ -41,7 +42,7 @@ def workspace(
     Exit code: 0 when there is a map, 2 when there is none or the input is invalid.
     """
     check_writable(output, json_file, inputs=[arm])
-    believed = cell.import_urdf(arm).cell if arm.suffix.lower() == ".urdf" else cell.load_cell(arm)
+    believed = ArmFile(arm, base, tip).cell()
     chain = believed.nominal_chain()
     options.point, shown = _point(believed, chain, point)
     options.validate()
