@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <kr5/arm_log/best_arm.hpp>
+#include <kr5/arm_log/column_words.hpp>
 #include <kr5/arm_log/diagnose_log.hpp>
 #include <kr5/arm_log/joint_unit.hpp>
 #include <kr5/arm_log/log_problem.hpp>
@@ -63,6 +64,26 @@ void bind_log(py::module_& m) {
       .def(
           "text", [](const LogNote& note, const Cell& cell) { return text(note, cell); }, py::arg("cell"),
           "Sentence without full stop; the cell names joints and units.");
+}
+
+/// What names of columns tell.
+void bind_column_words(py::module_& m) {
+  bind_enum<ColumnWord>(m, "ColumnWord", "What a word of the name of a column tells.");
+  bind_enum<ColumnFamily>(m, "ColumnFamily", "Quantity of all joints: none | q | qc | qd | tau | i.");
+  m.def("meaning_of", &meaning_of, py::arg("word"), "What a word of a name, in small letters, tells.");
+  m.def("words_of", &words_of, py::arg("name"),
+        "Words of a name in small letters, run-together commands as one (qcmd is qc); # and % are words.");
+  m.def("family_of", &family_of, py::arg("stem"),
+        "Quantity of a name in which # stands for the joint: its field says it, and the topic that publishes it only "
+        "where the field does not.");
+  m.def("on_motor_side", &on_motor_side, py::arg("stem"),
+        "Whether angles or torques of a stem are those of motors, not of joints.");
+  m.def("unit_in", &unit_in, py::arg("stem"), "Unit that a word of a stem states, also %; empty without one.");
+  m.def("names_gripper", &names_gripper, py::arg("name"),
+        "Whether a name is that of what grasps, which is no joint of the arm.");
+  m.def("names_time", &names_time, py::arg("name"), "Whether the name of a column is that of a time.");
+  m.def("time_unit_in", &time_unit_in, py::arg("name"),
+        "Unit of time that a name ends in (time_ms, t [ns]): s | ms | us | ns; empty without one.");
 }
 
 void bind_motions(py::module_& m) {
@@ -278,6 +299,7 @@ void bind_diagnosis(py::module_& m) {
 void bind_arm_log(py::module_& m) {
   m.doc() = "From the log of a real arm and its model to a diagnosis.";
   bind_log(m);
+  bind_column_words(m);
   bind_motions(m);
   bind_checks(m);
   bind_model(m);

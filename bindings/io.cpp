@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <optional>
+
 #include <kr5/core/error.hpp>
+#include <kr5/io/column_unit.hpp>
 #include <kr5/io/csv.hpp>
 #include <kr5/io/diagnostic.hpp>
 
@@ -8,8 +11,30 @@
 namespace py = pybind11;
 using namespace kr5::io;
 
+namespace {
+
+void bind_units(py::module_& m) {
+  kr5::python::bind_struct<ColumnUnit>(m, "ColumnUnit", "Unit in which numbers may be given.");
+  kr5::python::bind_struct<UnitName>(m, "UnitName", "Name of a column, and the unit that it ends in.");
+  m.def("column_units", &column_units,
+        "All units of columns; those of a quantity follow each other, that of SI first: list of ColumnUnit.");
+  m.def(
+      "find_unit",
+      [](const std::string& text) -> std::optional<ColumnUnit> {
+        const ColumnUnit* unit = find_unit(text);
+        return unit ? std::optional(*unit) : std::nullopt;
+      },
+      py::arg("text"),
+      "Unit that a text means, also in another spelling (degrees, sec, ma); None where it means none.");
+  m.def("split_unit", &split_unit, py::arg("column"),
+        "Takes the unit off the name of a column (q1 [deg], tx (N mm), x_mm): UnitName.");
+}
+
+}  // namespace
+
 void bind_io(py::module_& m) {
-  m.doc() = "Tables of numbers, and diagnostics of files.";
+  m.doc() = "Tables of numbers, units of columns, and diagnostics of files.";
+  bind_units(m);
   kr5::python::bind_enum<Severity>(m, "Severity", "Severity of a diagnostic.");
   kr5::python::bind_struct<Diagnostic>(m, "Diagnostic", "Error or warning about a file.")
       .def("text", &Diagnostic::text, "`file:line: field: found ..., expected ...`")

@@ -46,6 +46,40 @@ TEST_CASE("columns are found by their numbers, from 1 or from 0") {
   CHECK(zero.effort == Names{"torque[0]", "torque[1]", "torque[2]"});
 }
 
+TEST_CASE("the number of a joint may stand anywhere, and of several stems one is used for all joints") {
+  const cell::Cell arm = described_arm();
+  const arm_log::LogColumns inside = arm_log::find_columns(
+      {"t", "joint1_pos", "joint2_pos", "joint3_pos", "joint1_eff", "joint2_eff", "joint3_eff"}, arm);
+  CHECK(inside.q == Names{"joint1_pos", "joint2_pos", "joint3_pos"});
+  CHECK(inside.effort == Names{"joint1_eff", "joint2_eff", "joint3_eff"});
+  const arm_log::LogColumns several =
+      arm_log::find_columns({"t", "/controller/q1", "q1", "/controller/q2", "q2", "/controller/q3", "q3",
+                             "motor_torque1", "motor_torque2", "motor_torque3", "tau1", "tau2", "tau3"},
+                            arm);
+  CHECK(several.q == Names{"q1", "q2", "q3"});
+  CHECK(several.effort == Names{"tau1", "tau2", "tau3"});  // those of motors are other torques
+}
+
+TEST_CASE("stamps without a unit are told by their steps, and counts of rows are no times") {
+  io::Table table;
+  table.columns = {"stamp", "q1", "q2", "q3", "tau1", "tau2", "tau3"};
+  table.values = Eigen::MatrixXd::Random(40, 7);
+  for (int i = 0; i < 40; ++i) table.values(i, 0) = 1.7e18 + 4e6 * i;  // [ns] since 1970
+  CHECK(arm_log::log_of(table, described_arm()).t[39] == Approx(39 * 0.004).epsilon(1e-4));
+  table.values.col(0) = Eigen::VectorXd::LinSpaced(40, 0, 39);
+  CHECK_THROWS_WITH(arm_log::log_of(table, described_arm()), Contains("'stamp' counts rows"));
+}
+
+TEST_CASE("a unit of another quantity is refused with those that are expected") {
+  const cell::Cell arm = described_arm();
+  CHECK_THROWS_WITH(arm_log::find_columns({"t", "q1_mA", "q2_mA", "q3_mA", "tau1", "tau2", "tau3"}, arm),
+                    Contains("'q1_mA': found the unit 'mA'") && Contains("rad, mrad, deg"));
+  CHECK_THROWS_WITH(arm_log::find_columns({"t", "q1", "q2", "q3", "load_percent1", "load_percent2", "load_percent3",
+                                           "torque_percent1", "torque_percent2", "torque_percent3"},
+                                          arm),
+                    Contains("found the unit '%'") && Contains("N m"));
+}
+
 TEST_CASE("units at the end of names count, and names that are given stay") {
   io::Table table;
   table.columns = {"time [ms]", "a_deg", "b_deg", "c_deg", "load1 [N mm]", "load2 [N mm]", "load3 [N mm]"};

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 from kr5 import arm_log
 from kr5.logs import diagnose_logs, read_logs
+from kr5.logs.column_names import find_families
+from kr5.logs.log import Log
 
 LOG, MODEL = "data/arm_log/joint_states.csv", "data/arm_log/arm.urdf"
 
@@ -63,6 +65,42 @@ def test_a_recording_of_the_log_has_the_answer_of_the_log(of_library, run_kr5, t
     told = json.loads((tmp_path / "told.json").read_text())
     assert done.returncode == 0 and told["verdict"] == str(found.diagnosis.verdict), done.stderr
     assert [cause["name"] for cause in told["causes"]] == ["Coulomb friction of joint 3"]
+
+
+HEADERS = {
+    "joint states": "__time,/js/{}/position,/js/{}/effort,/js/{}/velocity",
+    "counted": "t,q#,qc#,qd#,i#,tau#",
+    "arrays": "timestamp_ms,position[#],torque[#],temperature[#]",
+    "number inside": "time,joint#_pos,joint#_eff,joint#_vel",
+    "commands of a controller": "stamp,/controller/target/{}/q,/controller/output/{}/q,/js/{}/position,/js/{}/tau",
+    "topics": "header.stamp,/joint_states:position[#],/command:position[#],/joint_states:effort[#]",
+    "German": "zeit,pos_soll_#,pos_ist_#,strom_ist_#,temperatur_#",
+    "motor side": "t,motor_position_#,joint_position_#,motor_current_#,taum_#,tau_#",
+    "units": "t [ms],q#_deg,cur#_mA,torque#_Nm",
+    "joined": "t,qcmd#,qact#,qvel#,trq#",
+}
+
+
+@pytest.mark.parametrize("header", HEADERS.values(), ids=HEADERS)
+def test_names_of_columns_mean_the_same_to_both_readers(header, tmp_path):
+    model = kr5.cell.import_urdf(kr5.share(MODEL)).cell
+    joints = list(model.robot.joint_names)
+    names = []
+    for stem in header.split(","):
+        numbers = range(0 if "[#]" in stem else 1, model.robot.joints + ("[#]" not in stem))
+        names += [stem.replace("#", str(k)) for k in numbers] if "#" in stem else []
+        names += [stem.replace("{}", joint) for joint in joints] if "{}" in stem else []
+        names += [stem] if not {"#", "{"} & {*stem} else []
+    found = arm_log.find_columns(names, model)
+    log = Log(tmp_path / "log.csv")
+    for name in names:
+        log.add(name, np.zeros(3), "log")
+    families = find_families(log, joints, model.robot.joints)
+    for family, columns in (("q", found.q), ("qc", found.command), ("tau", found.effort), ("i", found.current)):
+        sides = [f for f in families.families.get(family, []) if not f.motor_side]  # which the library does not convert
+        if family != "i" or not found.effort:  # it reads currents where there are no efforts
+            assert (sides[0].columns if sides else []) == list(columns), family
+    assert log.time_columns()[0] == found.time
 
 
 def test_notes_and_problems_are_typed_and_told_with_their_numbers(of_library):

@@ -14,18 +14,16 @@ LOGS = "names of columns, or values, of logs that others wrote"
 ALLOWED: dict[str, tuple[str, set[str]]] = {
     "bindings/kr5/files/documents.py": ("JSON and YAML that users write", {"", "_check_json_depth"}),
     "bindings/kr5/files/opencv_storage.py": ("YAML of OpenCV", {"as_yaml"}),
-    "bindings/kr5/logs/clock_guess.py": (LOGS, {"stated_unit"}),
-    "bindings/kr5/logs/column_list.py": ("lists of columns that users type", {"PARTS", "RANGE", "UNIT"}),
+    "bindings/kr5/logs/column_list.py": ("lists of columns that users type", {"PARTS", "RANGE"}),
     "bindings/kr5/logs/column_names.py": (
         LOGS,
-        {"GRIPPER", "NUMBER", "PLAIN_JOINT", "WORD"}
-        | {"_differing_words", "_group", "_holds", "_matched", "_replaced", "_spoken_names"},
+        {"NUMBER", "PLAIN_JOINT"} | {"_differing_words", "_group", "_holds", "_matched", "_replaced", "_spoken_names"},
     ),
     "bindings/kr5/logs/episodes.py": ("numbers and ranges of episodes that users type", {"PART"}),
     "bindings/kr5/logs/hdf5_file.py": (LOGS, {"DEMO", "TIMES", "_clock_rank"}),
     "bindings/kr5/logs/joint_columns.py": (LOGS, {"pattern_of"}),
     "bindings/kr5/logs/kind_guess.py": (LOGS, {"WRENCH"}),
-    "bindings/kr5/logs/log.py": (LOGS, {"MOTOR_ON", "SECONDS", "TIME"}),
+    "bindings/kr5/logs/log.py": (LOGS, {"MOTOR_ON", "SECONDS"}),
     "bindings/kr5/logs/log_file.py": (LOGS, {"BLANKS_AND_DECIMAL_COMMAS", "DATE", "LIST", "_commented_names"}),
     "bindings/kr5/logs/map_file.py": ("components of a vector of a log that users type: `qpos[7:13]`", {"COMPONENTS"}),
     "bindings/kr5/logs/map_guess.py": (LOGS, {"_refuse_unknown"}),
@@ -38,7 +36,6 @@ ALLOWED: dict[str, tuple[str, set[str]]] = {
     "bindings/kr5/models/mjcf_document.py": ("XML", {"read"}),
     "bindings/kr5/models/writing.py": ("XML", {"_with_meshes_of"}),
     "bindings/kr5/tables/column_search.py": (LOGS, {"_of_family", "_of_stem"}),
-    "bindings/kr5/tables/column_units.py": (LOGS, {"SUFFIX"}),
     "tools/kr5_tools/calibrate/opencv_pairs.py": (
         "names of matrices that others wrote",
         {"NUMBERED", "OF_CAMERA", "OF_ROBOT", "_forwards", "_joined", "_same_but_kind"},

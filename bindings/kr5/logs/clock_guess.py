@@ -1,6 +1,5 @@
 """The clock of a log: which column tells the time, and in which unit."""
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -10,7 +9,7 @@ import numpy as np
 import kr5
 from kr5 import arm_log
 from kr5.logs.entry_words import EntryWords
-from kr5.logs.log import Log, is_time
+from kr5.logs.log import Log
 from kr5.logs.log_time import beginning
 from kr5.logs.units import unit_factor
 
@@ -41,7 +40,7 @@ def guess_clock(
     steps = np.diff(stamps[np.isfinite(stamps)])
     step = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
     usual = cycle or usual
-    unit = str(given["unit"]) if "unit" in given else ("s" if name == own else stated_unit(name))
+    unit = str(given["unit"]) if "unit" in given else ("s" if name == own else arm_log.time_unit_in(name))
     if not unit and usual and arm_log.counts_rows(stamps):
         raise kr5.FileError(
             log.file,
@@ -75,7 +74,7 @@ def _steadiness(stamps: np.ndarray) -> int:
 def _even_clock(log: Log, rows: int, cycle: float | None, given: dict[str, Any]) -> GuessedClock | None:
     """Rows at the interval that the user states, or else at that of the commands to the cell's drives."""
     step = given.get("every", cycle)
-    unreadable = next((name for name in log.text_columns if is_time(name)), None)
+    unreadable = next((name for name in log.text_columns if arm_log.names_time(name)), None)
     if step is None and unreadable is not None:
         raise kr5.IoError(
             f"{log.unreadable(unreadable)}; correct it, or state the interval of the rows with --every SECONDS"
@@ -95,12 +94,6 @@ def _offset(given: Mapping[str, object]) -> float:
     if not isinstance(offset, (int, float)):
         raise kr5.InvalidArgument(f"clock.offset: found {offset!r:.40}, expected a number of seconds")
     return float(offset)
-
-
-def stated_unit(name: str) -> str | None:
-    """The unit that a name ends in: `time_ms`, `t [ns]`."""
-    match = re.search(r"[_\[\s(](s|ms|us|ns|sec|nsec|nanosec)[\])]?$", name.lower())
-    return {"sec": "s", "nsec": "ns", "nanosec": "ns"}.get(match[1], match[1]) if match else None
 
 
 def require_clock(clock: GuessedClock | None, column: str, log: Log, words: EntryWords) -> GuessedClock:

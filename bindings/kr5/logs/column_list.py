@@ -11,7 +11,6 @@ import kr5
 LEFT_OUT = "_"  # a column that is not used
 REST = ("...", "…")  # and all that follow
 RANGE = re.compile(r"\{(\d+)-(\d+)\}")
-UNIT = re.compile(r"^(.*?)\s*[\[(]\s*([^\[\]()]*[^\[\]()\s\d][^\[\]()]*)\s*[\])]$")
 PARTS = re.compile(r",(?![^\[\](){}]*[\])}])")  # commas outside brackets
 MOST = 10_000  # columns
 
@@ -85,9 +84,3 @@ def fitted_names(names: Sequence[str], own: Sequence[str], width: int, file: Pat
         raise kr5.InvalidArgument(f"--columns: found '{twice[0]}' twice, expected a unique name for each column")
     given = [*names[:count], *([LEFT_OUT] * (width - count))]
     return [f"{LEFT_OUT}{k + 1}" if name == LEFT_OUT else name for k, name in enumerate(given)]
-
-
-def split_unit(name: str) -> tuple[str, str | None]:
-    """A name and the unit in brackets behind it: `q1 [deg]`, `tx (N mm)`. Brackets around a number are an index."""
-    match = UNIT.match(name)
-    return (match[1].strip(), match[2].strip()) if match and match[1].strip() else (name, None)

@@ -1,39 +1,17 @@
-"""What the columns of a log show, by their names: which quantity, of which joint of the arm."""
+"""What the columns of a log show, by their names: which quantity, of which joint of the arm. What words mean is the
+library's (`kr5/arm_log/column_words.hpp`)."""
 
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
+from kr5 import arm_log
+from kr5.arm_log import words_of
 from kr5.logs.log import Log
 
 JOINT = "#"  # stands for the joint in a stem
 
-# Words of a name, after its joint was taken out; the first family that has one of them is meant.
-SPEED = {"v", "vel", "velocity", "velocities", "speed", "speeds", "qd", "dq", "qdot", "rate"}
-ACCELERATION = {"acc", "accel", "acceleration", "accelerations", "qdd", "ddq", "qddot"}
-TORQUE = {"tau", "taum", "torque", "torques", "eff", "effort", "efforts", "trq", "moment", "force", "forces", "mom"}
-CURRENT = {"i", "cur", "curr", "current", "currents", "amp", "amps", "strom", "ma"}
-POSITION = {"q", "qm", "theta", "pos", "position", "positions", "angle", "angles", "joint", "axis", "j", "deg", "rad"}
-COMMAND = {"c", "qc", "cmd", "command", "commanded", "commands", "des", "desired", "target", "ref", "reference", "set"}
-COMMAND |= {"setpoint", "setpoints", "soll", "goal", "trajectory", "action", "actions"}
-MEASURED = {"act", "actual", "meas", "measured", "ist", "state", "states", "feedback", "fb", "real"}
-MEASURED |= {"observation", "observations", "obs"}
-# Words that tell a quantity only where nothing else does: they may as well be those of a joint, a unit, a message.
-VAGUE = {"joint", "axis", "j", "deg", "rad", "rate", "c", "v", "i", "ma"}
-MOTOR_SIDE = {"qm", "taum", "motor", "rotor"}  # of angles and torques; a current is that of a motor anyway
-# Columns with one of these are no reading of a joint that a cell could show.
-OTHER = {"ext", "external", "error", "err", "diff", "std", "temp", "temperature", "temperatur", "status", "mode"}
-OTHER |= {"cartesian", "eef", "tcp", "computed", "prev", "previous", "gripper", "env", "environment", "sin", "cos"}
-OTHER |= {"enable", "enabled"}
-OTHER |= {"model", "limit", "limits", "min", "max", "voltage", "brake", "stamp", "seq", "header", "effectiveness"}
-MERGED = {"qcmd": "qc", "qdes": "qc", "qref": "qc", "qset": "qc", "qsoll": "qc", "qact": "q", "qmeas": "q", "qist": "q"}
-MERGED |= {"qpos": "q", "qvel": "qd"}
-
-UNITS = {"deg": "deg", "rad": "rad", "ma": "mA", "mm": "mm", "nm": "N m", "nmm": "N mm", "percent": "%"}
-UNITS |= {"pct": "%", "%": "%"}
 NUMBER = re.compile(r"\d+")
-WORD = re.compile(r"mA(?![a-z])|[A-Z]+(?![a-z])|[A-Z]?[a-z]+|#|%")
-GRIPPER = re.compile(r"gripper|finger|jaw|claw")  # of a name: what grasps, and is no joint of the arm
 PLAIN_JOINT = re.compile(r"_?(joint|link|revolute|prismatic)_?")
 
 
@@ -80,8 +58,7 @@ def find_families(log: Log, joints: Sequence[str], number: int) -> FoundFamilies
             _add_vector(found, name, stem, columns, log, joints, number)
     stems = _stems(log, joints, number)
     for stem, keyed in stems.items():
-        words = words_of(stem)
-        name = _quantity(stem)
+        name = quantity_of(stem)
         if name is None:
             continue
         ordered, named = _in_order(keyed, joints, number)
@@ -90,9 +67,7 @@ def find_families(log: Log, joints: Sequence[str], number: int) -> FoundFamilies
             if any(j in keyed for j in joints):
                 found.lacking.setdefault(name, [j for j in joints if j not in keyed])
             continue
-        motor = bool(MOTOR_SIDE & set(words)) and name != "i"
-        unit = next((UNITS[w] for w in words if w in UNITS), None)
-        found.families.setdefault(name, []).append(Family(name, ordered, stem, unit, motor, named))
+        found.families.setdefault(name, []).append(_family(name, ordered, stem, named))
     for families in found.families.values():
         families.sort(key=_preference)
     return found
@@ -104,7 +79,7 @@ def _add_vector(
     """A vector of the log: by the names of its components, else by their places, without a gripper."""
     labels = [log.labels.get(column, "") for column in columns]
     by_name = _by_labels(columns, labels, joints)
-    grippers = [c for c, label in zip(columns, labels) if GRIPPER.search(label.lower())]
+    grippers = [c for c, label in zip(columns, labels) if arm_log.names_gripper(label)]
     ordered, note = by_name, ""
     if by_name is not None:
         rest = [column for column in columns if column not in by_name]
@@ -121,15 +96,18 @@ def _add_vector(
         found.joint_words += [label for label in labels if label and label not in found.joint_words]
         found.vectors[stem] = len(columns)
         return
-    words = words_of(stem)
     if by_name is None and joints and any(labels):
         told = [log.labels[c] for c in ordered]
         place = f"{', '.join(told)} of {stem} are taken in this order for {', '.join(joints)}"
         note = f"{note}; {place}" if note else place
-    unit = next((UNITS[w] for w in words if w in UNITS), None)
-    motor = bool(MOTOR_SIDE & set(words)) and name != "i"
-    family = Family(name, list(ordered), f"{stem}.{JOINT}", unit, motor, by_name is not None, note)
+    family = _family(name, list(ordered), f"{stem}.{JOINT}", by_name is not None)
+    family.note = note
     found.families.setdefault(name, []).append(family)
+
+
+def _family(name: str, columns: list[str], stem: str, named: bool) -> Family:
+    """Columns of a quantity, with what their stem tells of unit and side."""
+    return Family(name, columns, stem, arm_log.unit_in(stem) or None, arm_log.on_motor_side(stem), named)
 
 
 def _is_are(columns: Sequence[str]) -> str:
@@ -152,62 +130,28 @@ def _by_labels(columns: Sequence[str], labels: Sequence[str], joints: Sequence[s
 def spoken_joints(columns: Sequence[str]) -> list[str]:
     """What stands in the place of joints in columns such as /joint_states/elbow/position."""
     fields = [column.split("/") for column in columns]
-    between = [parts[-2] for parts in fields if len(parts) > 2 and {*words_of(parts[-1])} & POSITION]
+    between = [parts[-2] for parts in fields if len(parts) > 2 and _tells_position(parts[-1])]
     return list(dict.fromkeys(between))
+
+
+def _tells_position(name: str) -> bool:
+    return any(arm_log.meaning_of(word) == arm_log.ColumnWord.Position for word in words_of(name))
 
 
 def is_quantity(word: str) -> bool:
     """Whether a word of a name tells a quantity or how it was come by, not a joint."""
-    return word.lower() in SPEED | ACCELERATION | TORQUE | CURRENT | POSITION | COMMAND | MEASURED | OTHER
-
-
-def words_of(stem: str) -> list[str]:
-    """The words of a stem in small letters, run-together commands parted; `#` is the joint."""
-    words = [w.lower() for w in WORD.findall(stem)]
-    return [MERGED.get(w, w) for w in words]
+    return arm_log.meaning_of(word.lower()) != arm_log.ColumnWord.None_
 
 
 def quantity_of_vector(stem: str) -> str | None:
     """The family of a vector of the log, by its name."""
-    return _quantity(f"{stem}.{JOINT}")
+    return quantity_of(f"{stem}.{JOINT}")
 
 
-def _quantity(stem: str) -> str | None:
-    """The family of a stem: its field says it, and the topic that publishes it only where the field does not."""
-    levels = [{*words_of(part)} - {JOINT} for part in _parts_of(stem)]
-    near = levels[-2] if len(levels) > 1 else levels[-1]
-    if near & OTHER:
-        return None
-    told = next((own for own in levels if own & (COMMAND | MEASURED)), set[str]())
-    command = bool(told & COMMAND) and not told & MEASURED - {"state", "states"}
-    for own in levels[:-1]:
-        if own & (SPEED | TORQUE | CURRENT | ACCELERATION | POSITION) - VAGUE:
-            return _family_of(own - VAGUE, command)
-    return _family_of(levels[-1], command)
-
-
-def _parts_of(stem: str) -> list[str]:
-    """A stem as it widens: the field, with the last part of its topic, all of it. A topic ends with a colon, or in an
-    export with the last but one of the parts between slashes."""
-    topic, colon, field_name = stem.rpartition(":")
-    if colon:
-        return [field_name, f"{topic.rsplit('/', 1)[-1]}:{field_name}", stem]
-    parts = [part for part in stem.split("/") if part.strip("[]._# ")]
-    return [parts[-1], "/".join(parts[-2:]), stem] if len(parts) > 1 else [stem]
-
-
-def _family_of(own: set[str], command: bool) -> str | None:
-    if own & SPEED:
-        return None if command else "qd"
-    if own & TORQUE:
-        return None if command else "tau"
-    if own & CURRENT:
-        return None if command else "i"
-    if own & ACCELERATION:
-        return None
-    if own & POSITION or command or own <= MEASURED:
-        return "qc" if command else "q"
-    return None
+def quantity_of(stem: str) -> str | None:
+    """The family of a stem, a name in which `#` stands for the joint."""
+    family = arm_log.family_of(stem)
+    return None if family == arm_log.ColumnFamily.None_ else str(family)
 
 
 def _preference(family: Family) -> tuple[bool, bool, bool, int]:

@@ -10,7 +10,7 @@ import numpy as np
 
 import kr5
 from kr5 import arm_log
-from kr5.logs.log import Log, is_time
+from kr5.logs.log import Log
 from kr5.logs.row_chunks import WIDEST, cut_note, kept_rows, needed_columns
 from kr5.logs.units import unit_factor
 
@@ -116,7 +116,7 @@ def _add_clocks(log: Log, opened: Any) -> None:
     states its rate."""
     for stream in dict.fromkeys(log.streams.values()):
         own = [name for name in log.columns if log.streams[name] == stream]
-        if any(is_time(name) for name in own):
+        if any(arm_log.names_time(name) for name in own):
             continue
         clocks = [name for name in own if TIMES.search(name.lower()) and _rises(log.columns[name])]
         if clocks:

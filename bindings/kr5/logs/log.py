@@ -10,19 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 import kr5
+from kr5.arm_log import names_time
 
-TIME = re.compile(
-    r"(^|[^a-z]|bag)(t|time|timestamp|stamp|clock|zeit|date|datetime|utc|seconds|sec|log_time|header\.stamp|header/stamp)"
-    r"([_ ]?[\[(]?(s|ms|us|ns)[\])]?)?$"
-)
 MOTOR_ON = re.compile(r"(torque|motors?|servos?|drives?|power)_?(is_)?(enabled?|on)$")
 SECONDS = re.compile(r"^(.*?)[._/]?(secs?)$")
 FRACTIONS = {"sec": ("nanosec", "nsec"), "secs": ("nsecs", "nanosecs")}  # [ns], beside the seconds
-
-
-def is_time(name: str) -> bool:
-    """Whether the name of a column is that of a time."""
-    return TIME.search(name.lower().split(":")[-1].strip("% ")) is not None
 
 
 @dataclass(frozen=True)
@@ -98,7 +90,7 @@ class Log:
 
     def time_columns(self) -> list[str]:
         """Columns whose names are those of a time."""
-        return [name for name in self.columns if is_time(name)]
+        return [name for name in self.columns if names_time(name)]
 
     def drop_repeated_rows(self) -> int:
         """Leaves out rows equal to the one before, if a time rises in all others: a logger wrote them twice. Gives

@@ -13,7 +13,7 @@ import kr5.kinematics
 from kr5 import arm_log
 from kr5.logs.clock_guess import guess_clock, require_clock
 from kr5.logs.column_list import header_entry
-from kr5.logs.column_names import GRIPPER, Family, FoundFamilies, find_families
+from kr5.logs.column_names import Family, FoundFamilies, find_families
 from kr5.logs.entry_words import EntryWords
 from kr5.logs.joint_columns import joint_entry, joint_values
 from kr5.logs.joint_streams import values_at
@@ -98,7 +98,7 @@ def _number_of_joints(log: Log) -> int:
     """Of a log without a model: the size that positions have, with commands of as many where there are any; of
     vectors without what is named as a gripper."""
     sizes = {
-        len(columns) - sum(bool(GRIPPER.search(log.labels.get(c, "").lower())) for c in columns)
+        len(columns) - sum(arm_log.names_gripper(log.labels.get(c, "")) for c in columns)
         for columns in log.arrays.values()
     }
     found = {n: find_families(log, [], n) for n in sorted(sizes or range(1, MOST_JOINTS), reverse=True) if n > 0}

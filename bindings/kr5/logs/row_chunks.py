@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
-from kr5.logs.column_names import is_quantity, words_of
-from kr5.logs.log import is_time
+from kr5.arm_log import names_time, words_of
+from kr5.logs.column_names import is_quantity
 
 MOST_NUMBERS = 16_000_000  # of a log that are kept, which are 128 MB; some of them are held four times
 WIDEST = 256  # numbers of a vector; longer ones are images
@@ -14,7 +14,7 @@ def needed_columns(names: Sequence[str], widths: Sequence[int], rows: int) -> li
     joints; else all. widths: numbers of each a row."""
     if rows * sum(widths) <= MOST_NUMBERS:
         return list(names)
-    return [name for name in names if is_time(name) or any(is_quantity(word) for word in words_of(name))]
+    return [name for name in names if names_time(name) or any(is_quantity(word) for word in words_of(name))]
 
 
 def kept_rows(rows: int, width: int) -> int:

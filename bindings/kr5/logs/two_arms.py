@@ -2,7 +2,8 @@
 
 from dataclasses import dataclass
 
-from kr5.logs.column_names import GRIPPER, FoundFamilies, quantity_of_vector
+from kr5 import arm_log
+from kr5.logs.column_names import FoundFamilies, quantity_of_vector
 from kr5.logs.entry_words import EntryWords
 from kr5.logs.log import Log
 
@@ -55,5 +56,5 @@ def _choices(log: Log, found: FoundFamilies, number: int) -> list[ArmChoice]:
 
 def _joints(half: list[str], log: Log, number: int) -> list[str]:
     """Without the gripper: by its name, else the last."""
-    named = [column for column in half if not GRIPPER.search(log.labels.get(column, "").lower())]
+    named = [column for column in half if not arm_log.names_gripper(log.labels.get(column, ""))]
     return named if len(named) == number else half[:number]

@@ -1,6 +1,5 @@
 """The unit of a column: as an option states it, as its name says, or as the size of its numbers tells."""
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,14 +7,10 @@ from pathlib import Path
 import numpy as np
 
 import kr5
-from kr5.logs.column_list import split_unit
+import kr5.io
 from kr5.logs.units import UNITS
 from kr5.tables.roles import LARGEST, OTHER_UNIT, Role, Units
 
-SUFFIX = re.compile(r"^(.+)_(rad|deg|degrees|mm|ms|us|ns|mA|Nm|Nmm)$")
-SPELLINGS = {"°": "deg", "degree": "deg", "degrees": "deg", "grad": "deg", "radian": "rad", "radians": "rad"}
-SPELLINGS |= {"sec": "s", "seconds": "s", "N·m": "N m", "N*m": "N m", "N.m": "N m", "N·mm": "N mm", "µs": "us"}
-SPELLINGS |= {"nm": "N m", "nmm": "N mm", "ma": "mA", "a": "A", "n": "N"}
 UNIT_OPTIONS = {"angle": "--angle-unit", "length": "--length-unit"}
 FULL = {"deg": "degrees", "mm": "millimetres"}
 PLURAL = {"angle": "angles", "length": "lengths"}
@@ -32,16 +27,10 @@ class ColumnName:
 
 def read_name(column: str) -> ColumnName:
     """Takes the unit off a name: `q1 [deg]`, `time (ms)`, `x_mm`."""
-    name, unit = split_unit(column)
-    name = name.rsplit(":", 1)[-1]
-    if unit is None and (match := SUFFIX.match(name)):
-        name, unit = match[1], match[2]
-    return ColumnName(column, name.strip().lower(), _spelt(unit) if unit else None)
-
-
-def _spelt(unit: str) -> str:
-    known = {u for units in UNITS.values() for u in units}
-    return unit if unit in known else SPELLINGS.get(unit, SPELLINGS.get(unit.lower(), unit))
+    split = kr5.io.split_unit(column)
+    known = kr5.io.find_unit(split.unit) if split.unit else None
+    unit = known.name if known else split.unit or None
+    return ColumnName(column, split.name.rsplit(":", 1)[-1].strip().lower(), unit)
 
 
 def unit_of(

@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <cctype>
 #include <map>
-#include <numbers>
 #include <optional>
-#include <set>
+#include <tuple>
 
+#include <kr5/arm_log/column_words.hpp>
+#include <kr5/arm_log/time_unit.hpp>
 #include <kr5/core/error.hpp>
+#include <kr5/io/column_unit.hpp>
 
 namespace kr5::arm_log {
 
@@ -18,161 +20,159 @@ using Eigen::VectorXd;
 
 namespace {
 
-/// What the columns of a joint may show.
-enum class Quantity { None, Position, Command, Effort, Current };
-
-using Words = std::set<std::string>;
-
-/// Words of a name, after its joint and unit were taken out.
-const Words time_words = {"t", "time", "timestamp", "stamp", "clock"};
-const Words position_words = {"q", "pos", "position", "positions", "angle", "angles", "joint", "axis", "j"};
-const Words command_words = {"qc",     "cmd",       "command", "commanded", "commands",  "des",  "desired",
-                             "target", "reference", "ref",     "setpoint",  "setpoints", "goal", "soll"};
-const Words effort_words = {"tau", "torque", "torques", "effort", "efforts", "trq", "force", "forces"};
-const Words current_words = {"i", "cur", "current", "currents", "amps"};
-/// Columns with one of these are none of them.
-const Words other_words = {"qd",           "dq",  "vel",     "velocity", "velocities", "speed",       "acc",
-                           "acceleration", "qdd", "ddq",     "error",    "ext",        "temperature", "std",
-                           "min",          "max", "voltage", "motor",    "stamp",      "limit"};
-
-bool has_one_of(const std::vector<std::string>& parts, const Words& words) {
-  return std::any_of(parts.begin(), parts.end(), [&](const std::string& part) { return words.count(part) > 0; });
-}
-
-Quantity quantity_of(const std::vector<std::string>& parts) {
-  if (has_one_of(parts, other_words)) return Quantity::None;
-  const bool command = has_one_of(parts, command_words);
-  if (has_one_of(parts, effort_words)) return command ? Quantity::None : Quantity::Effort;
-  if (has_one_of(parts, current_words)) return command ? Quantity::None : Quantity::Current;
-  if (command) return Quantity::Command;
-  return has_one_of(parts, position_words) ? Quantity::Position : Quantity::None;
-}
-
-/// Factors to SI of the units that stand in brackets at the end of a name, without spaces and in small letters.
-const std::map<std::string, double> unit_factors = {{"rad", 1.0}, {"deg", std::numbers::pi / 180},
-                                                    {"m", 1.0},   {"mm", 1e-3},
-                                                    {"s", 1.0},   {"ms", 1e-3},
-                                                    {"us", 1e-6}, {"ns", 1e-9},
-                                                    {"a", 1.0},   {"ma", 1e-3},
-                                                    {"n", 1.0},   {"nm", 1.0},
-                                                    {"nmm", 1e-3}};
-/// Those that also stand behind an underscore, where they are no name of a joint.
-const Words plain_units = {"rad", "deg", "mm", "ms", "us", "ns", "ma", "nm", "nmm"};
-
-/// The parts of a name between separators, in small letters; digits are parts of their own.
-std::vector<std::string> name_parts(const std::string& name) {
-  std::vector<std::string> out(1);
-  bool number = false;
-  for (const char letter : name) {
-    const auto c = static_cast<unsigned char>(letter);
-    if (!std::isalnum(c) || (!out.back().empty() && number != (std::isdigit(c) != 0))) out.emplace_back();
-    if (!std::isalnum(c)) continue;
-    number = std::isdigit(c) != 0;
-    out.back() += static_cast<char>(std::tolower(c));
-  }
-  std::erase(out, "");
-  return out;
-}
-
-/// A name without the unit that it ends in, and that unit's factor to SI.
-struct SpokenName {
-  std::vector<std::string> parts;
-  double factor = 1.0;
+/// Where a part of a name stands in it.
+struct NamePart {
+  std::string text;  ///< In small letters.
+  std::size_t begin = 0, end = 0;
 };
 
-SpokenName spoken(const std::string& name) {
-  const std::size_t open = name.find_last_of("[(");
-  if (open != std::string::npos && open > 0 && (name.back() == ']' || name.back() == ')')) {
-    std::string unit;
-    for (const char c : name.substr(open + 1, name.size() - open - 2))
-      if (c != ' ') unit += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    if (const auto found = unit_factors.find(unit); found != unit_factors.end())
-      return {name_parts(name.substr(0, open)), found->second};
-    require(
-        !unit.empty() && std::all_of(unit.begin(), unit.end(), [](unsigned char c) { return std::isdigit(c) != 0; }),
-        "column '" + name + "': found the unit '" + unit +
-            "', expected one of rad, deg, m, mm, s, ms, us, ns, A, "
-            "mA, N, N m, N mm");
-  }
-  SpokenName out{name_parts(name)};
-  if (out.parts.size() > 1 && plain_units.count(out.parts.back()) > 0) {
-    out.factor = unit_factors.at(out.parts.back());
-    out.parts.pop_back();
+/// The parts of a name between separators; digits are parts of their own.
+std::vector<NamePart> name_parts(const std::string& name) {
+  std::vector<NamePart> out;
+  const auto is_digit = [](char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; };
+  for (std::size_t at = 0; at < name.size(); ++at) {
+    const auto c = static_cast<unsigned char>(name[at]);
+    if (std::isalnum(c) == 0) continue;
+    const bool goes_on = !out.empty() && out.back().end == at && is_digit(name[at]) == is_digit(name[at - 1]);
+    if (!goes_on) out.push_back({"", at, at});
+    out.back().text += static_cast<char>(std::tolower(c));
+    out.back().end = at + 1;
   }
   return out;
 }
 
-/// The parts of a name beside those of a joint; nothing where the joint is not in it.
-std::optional<std::vector<std::string>> beside_joint(const std::vector<std::string>& parts, const std::string& joint) {
-  const std::vector<std::string> own = name_parts(joint);
-  const auto found = std::search(parts.begin(), parts.end(), own.begin(), own.end());
+/// A name with `#` for what stands between two places.
+std::string stem_of(const std::string& name, std::size_t begin, std::size_t end) {
+  return name.substr(0, begin) + "#" + name.substr(end);
+}
+
+/// The stem of a name that holds that of a joint; nothing where it is not in it.
+std::optional<std::string> stem_of_joint(const std::string& name, const std::string& joint) {
+  const std::vector<NamePart> parts = name_parts(name), own = name_parts(joint);
+  const auto same = [](const NamePart& a, const NamePart& b) { return a.text == b.text; };
+  const auto found = std::search(parts.begin(), parts.end(), own.begin(), own.end(), same);
   if (own.empty() || found == parts.end()) return std::nullopt;
-  std::vector<std::string> out(parts.begin(), found);
-  out.insert(out.end(), found + static_cast<std::ptrdiff_t>(own.size()), parts.end());
-  return out;
+  return stem_of(name, found->begin, (found + std::ssize(own) - 1)->end);
 }
 
-std::string words_for(Quantity quantity) {
-  switch (quantity) {
-    case Quantity::Position:
-      return "positions";
-    case Quantity::Command:
-      return "commands";
-    case Quantity::Effort:
-      return "efforts";
-    case Quantity::Current:
-      return "currents";
-    default:
-      return "";
+/// Columns of one stem by their joints (from 0), or by the numbers in them.
+struct StemColumns {
+  std::string stem;
+  bool named = false;
+  std::map<std::size_t, std::string> columns;
+};
+
+void add(std::vector<StemColumns>& to, const std::string& stem, bool named, std::size_t key,
+         const std::string& column) {
+  auto at = std::ranges::find_if(to, [&](const StemColumns& s) { return s.stem == stem && s.named == named; });
+  if (at == to.end()) at = to.insert(to.end(), {stem, named, {}});
+  at->columns.emplace(key, column);
+}
+
+/// All columns by their stems; what names no joint of the model goes by the last number in it.
+std::vector<StemColumns> columns_by_stem(const std::vector<std::string>& names,
+                                         const std::vector<std::string>& joints) {
+  constexpr std::size_t most_digits = 3;
+  std::vector<StemColumns> out;
+  for (const std::string& column : names) {
+    const std::string name = io::split_unit(column).name;
+    std::size_t longest = 0, owner = joints.size();
+    std::string stem;
+    for (std::size_t k = 0; k < joints.size(); ++k)  // the longest name: elbow_joint_2 is not elbow_joint
+      if (const auto own = stem_of_joint(name, joints[k]); own && joints[k].size() > longest)
+        longest = joints[k].size(), owner = k, stem = *own;
+    if (owner < joints.size()) add(out, stem, true, owner, column);
+    const std::size_t last = name.find_last_of("0123456789");
+    if (last == std::string::npos) continue;
+    const std::size_t before = name.find_last_not_of("0123456789", last);
+    const std::size_t first = before == std::string::npos ? 0 : before + 1;
+    if (last + 1 - first <= most_digits)
+      add(out, stem_of(name, first, last + 1), false, std::stoul(name.substr(first, last + 1 - first)), column);
   }
+  return out;
 }
 
 /// Columns of a quantity: a name a joint, empty where there is none.
 using FoundNames = std::vector<std::string>;
 
-FoundNames by_joint_names(const std::vector<std::string>& names, const std::vector<std::string>& joints,
-                          Quantity quantity) {
-  FoundNames out(joints.size());
-  for (const std::string& name : names) {
-    std::size_t longest = 0, owner = joints.size();
-    for (std::size_t k = 0; k < joints.size(); ++k) {  // the longest name: elbow_joint_2 is not elbow_joint
-      const auto rest = beside_joint(spoken(name).parts, joints[k]);
-      if (!rest || quantity_of(*rest) != quantity || joints[k].size() <= longest) continue;
-      longest = joints[k].size(), owner = k;
-    }
-    if (owner < joints.size() && out[owner].empty()) out[owner] = name;
-  }
-  return out;
-}
-
-FoundNames by_numbers(const std::vector<std::string>& names, std::size_t joints, Quantity quantity, std::size_t first) {
-  FoundNames out(joints);
-  for (const std::string& name : names) {
-    std::vector<std::string> parts = spoken(name).parts;
-    if (parts.size() < 2 || !std::isdigit(static_cast<unsigned char>(parts.back().front())) || parts.back().size() > 3)
-      continue;
-    const std::size_t number = std::stoul(parts.back());
-    parts.pop_back();
-    if (number < first || number >= first + joints || quantity_of(parts) != quantity) continue;
-    if (out[number - first].empty()) out[number - first] = name;
-  }
-  return out;
-}
-
 bool complete(const FoundNames& found) {
-  return std::none_of(found.begin(), found.end(), [](const std::string& name) { return name.empty(); });
+  return !found.empty() && std::ranges::none_of(found, [](const std::string& name) { return name.empty(); });
 }
 
-FoundNames columns_of(const std::vector<std::string>& names, const cell::Cell& cell, Quantity quantity) {
-  const auto n = static_cast<std::size_t>(cell.robot.joints());
-  FoundNames named;
-  if (!cell.robot.joint_names.empty()) {
-    named = by_joint_names(names, cell.robot.joint_names, quantity);
-    if (complete(named)) return named;
+/// The columns of a stem in the order of the joints; numbers count from 1 or from 0.
+FoundNames in_order(const StemColumns& of, std::size_t joints) {
+  const auto counted_from = [&](std::size_t first) {
+    FoundNames out(joints);
+    for (std::size_t k = 0; k < joints; ++k)
+      if (const auto at = of.columns.find(k + first); at != of.columns.end()) out[k] = at->second;
+    return out;
+  };
+  if (of.named) return counted_from(0);
+  FoundNames from_one = counted_from(1);
+  return complete(from_one) ? from_one : counted_from(0);
+}
+
+/// Of several stems of a quantity the one that is used, as kr5.logs chooses: states of joints before those of
+/// controllers, and these before what a controller puts out; names before numbers; short before long.
+std::tuple<bool, bool, bool, std::size_t> preference(const StemColumns& of) {
+  const std::vector<std::string> words = words_of(of.stem);
+  const auto has = [&](const char* word) { return std::ranges::count(words, word) > 0; };
+  return {!of.named, has("controller"), has("output"), of.stem.size()};
+}
+
+/// Those of the best stem that has one for every joint; else those of the joints that one names most of.
+FoundNames columns_of(const std::vector<std::string>& names, const cell::Cell& cell, ColumnFamily family) {
+  const auto joints = static_cast<std::size_t>(cell.robot.joints());
+  std::vector<StemColumns> stems = columns_by_stem(names, cell.robot.joint_names);
+  std::erase_if(stems, [&](const StemColumns& of) { return family_of(of.stem) != family || on_motor_side(of.stem); });
+  std::ranges::stable_sort(stems, {}, preference);
+  FoundNames most;
+  std::ptrdiff_t held = 0;
+  for (const StemColumns& of : stems) {
+    FoundNames found = in_order(of, joints);
+    if (complete(found)) return found;
+    const std::ptrdiff_t count = std::ranges::count_if(found, [](const std::string& name) { return !name.empty(); });
+    if (of.named && count > held) held = count, most = std::move(found);
   }
-  for (const std::size_t first : {1, 0})
-    if (const FoundNames counted = by_numbers(names, n, quantity, first); complete(counted)) return counted;
-  return named;
+  return most;
+}
+
+/// What the columns of a family are called, and the quantities that they may have.
+struct FamilyMeaning {
+  const char* name;
+  std::vector<std::string> quantities;
+};
+
+const FamilyMeaning& meaning_of_family(ColumnFamily family) {
+  static const FamilyMeaning positions{"positions", {"angle", "length"}}, commands{"commands", {"angle", "length"}},
+      efforts{"efforts", {"torque", "force"}}, currents{"currents", {"current"}};
+  switch (family) {
+    case ColumnFamily::Command:
+      return commands;
+    case ColumnFamily::Effort:
+      return efforts;
+    case ColumnFamily::Current:
+      return currents;
+    default:
+      return positions;
+  }
+}
+
+/// Factor to SI of the unit that a column states; 1 where it states none.
+double stated_factor(const std::string& column, ColumnFamily family) {
+  constexpr const char* with_own_zero = "tick";
+  const io::UnitName split = io::split_unit(column);
+  const std::string stated = split.unit.empty() ? unit_in(split.name) : split.unit;
+  if (stated.empty()) return 1.0;
+  const std::vector<std::string>& quantities = meaning_of_family(family).quantities;
+  const auto fits = [&](const io::ColumnUnit& unit) {
+    return unit.name != with_own_zero && std::ranges::count(quantities, unit.quantity) > 0;
+  };
+  if (const io::ColumnUnit* unit = io::find_unit(stated); unit && fits(*unit)) return unit->factor;
+  std::string expected;
+  for (const io::ColumnUnit& unit : io::column_units())
+    if (fits(unit)) expected += (expected.empty() ? "" : ", ") + unit.name;
+  throw InvalidArgument("column '" + column + "': found the unit '" + stated + "', expected one of " + expected);
 }
 
 std::string listed_names(const std::vector<std::string>& names) {
@@ -191,32 +191,46 @@ std::string lacking_joints(const FoundNames& found, const cell::Cell& cell) {
 
 /// Found names where all joints have one; none otherwise. `needed`: some joints without are an error.
 FoundNames usable(const FoundNames& found, const std::vector<std::string>& names, const cell::Cell& cell,
-                  Quantity quantity, bool needed) {
-  if (!found.empty() && complete(found)) return found;
-  const bool some = std::any_of(found.begin(), found.end(), [](const std::string& name) { return !name.empty(); });
-  if (needed && some)
-    throw InvalidArgument("found " + words_for(quantity) + " of some joints, but not of " +
-                          lacking_joints(found, cell) + "; expected those of every joint of the model");
+                  ColumnFamily family, bool needed) {
+  const std::string what = meaning_of_family(family).name;
+  if (complete(found)) {
+    for (const std::string& column : found) stated_factor(column, family);  // says which unit cannot be
+    return found;
+  }
+  if (needed && !found.empty())
+    throw InvalidArgument("found " + what + " of some joints, but not of " + lacking_joints(found, cell) +
+                          "; expected those of every joint of the model");
   if (needed)
     throw InvalidArgument(
-        "found no " + words_for(quantity) + " of the " + std::to_string(cell.robot.joints()) +
+        "found no " + what + " of the " + std::to_string(cell.robot.joints()) +
         " joints, by their names or counted (q1, position_1, ...), among " + listed_names(names) +
         (cell.robot.joint_names.empty() ? std::string() : "; the model names " + listed_names(cell.robot.joint_names)));
   return {};
 }
 
+/// The first column that names a time; whole seconds, whose fraction stands in a column of its own, after all others.
 std::string time_column(const std::vector<std::string>& names) {
-  for (const std::string& name : names) {
-    const std::vector<std::string> parts = spoken(name).parts;
-    if (!parts.empty() && time_words.count(parts.back()) > 0) return name;
-  }
+  const auto whole = [](const std::string& name) { return name.ends_with("sec"); };
+  const std::string* found = nullptr;
+  for (const std::string& name : names)
+    if (names_time(name) && (!found || (whole(*found) && !whole(name)))) found = &name;
+  if (found) return *found;
   throw InvalidArgument("found no column of the time (t, time, timestamp, ...) among " + listed_names(names));
 }
 
-MatrixXd values_of(const io::Table& table, const std::vector<std::string>& columns) {
+/// Seconds of a unit of the stamps of a column: the one that it states, else the one that they tell.
+double seconds_of(const std::string& column, const VectorXd& stamps) {
+  if (const std::string unit = time_unit_in(column); !unit.empty()) return io::find_unit(unit)->factor;
+  require(!counts_rows(stamps), "column '" + column +
+                                    "' counts rows, which is no time; expected stamps, or the unit "
+                                    "of the count in its name, as in time_ms");
+  return seconds_in(guess_time_unit(stamps));
+}
+
+MatrixXd values_of(const io::Table& table, const std::vector<std::string>& columns, ColumnFamily family) {
   MatrixXd out(columns.empty() ? 0 : table.values.rows(), static_cast<Index>(columns.size()));
   for (std::size_t k = 0; k < columns.size(); ++k)
-    out.col(static_cast<Index>(k)) = spoken(columns[k]).factor * table.column(columns[k]);
+    out.col(static_cast<Index>(k)) = stated_factor(columns[k], family) * table.column(columns[k]);
   return out;
 }
 
@@ -225,13 +239,13 @@ MatrixXd values_of(const io::Table& table, const std::vector<std::string>& colum
 LogColumns find_columns(const std::vector<std::string>& names, const cell::Cell& cell, const LogColumns& given) {
   LogColumns out = given;
   if (out.time.empty()) out.time = time_column(names);
-  const auto find = [&](std::vector<std::string>& columns, Quantity quantity, bool needed) {
-    if (columns.empty()) columns = usable(columns_of(names, cell, quantity), names, cell, quantity, needed);
+  const auto find = [&](std::vector<std::string>& columns, ColumnFamily family, bool needed) {
+    if (columns.empty()) columns = usable(columns_of(names, cell, family), names, cell, family, needed);
   };
-  find(out.command, Quantity::Command, false);
-  find(out.q, Quantity::Position, out.command.empty());
-  find(out.effort, Quantity::Effort, false);
-  find(out.current, Quantity::Current, out.effort.empty());
+  find(out.command, ColumnFamily::Command, false);
+  find(out.q, ColumnFamily::Position, out.command.empty());
+  find(out.effort, ColumnFamily::Effort, false);
+  find(out.current, ColumnFamily::Current, out.effort.empty());
   return out;
 }
 
@@ -240,11 +254,11 @@ ArmLog log_of(const io::Table& table, const cell::Cell& cell, const LogColumns& 
   const VectorXd stamps = table.column(found.time);
   ArmLog out;
   // Times count from the first: stamps since 1970 in small units would lose their last digits.
-  out.t = spoken(found.time).factor * (stamps.array() - (stamps.size() > 0 ? stamps[0] : 0.0));
-  out.q = values_of(table, found.q);
-  out.command = values_of(table, found.command);
-  out.effort = values_of(table, found.effort);
-  out.current = values_of(table, found.current);
+  out.t = seconds_of(found.time, stamps) * (stamps.array() - (stamps.size() > 0 ? stamps[0] : 0.0));
+  out.q = values_of(table, found.q, ColumnFamily::Position);
+  out.command = values_of(table, found.command, ColumnFamily::Command);
+  out.effort = values_of(table, found.effort, ColumnFamily::Effort);
+  out.current = values_of(table, found.current, ColumnFamily::Current);
   out.validate(cell.robot.joints());
   return out;
 }

@@ -30,12 +30,14 @@ struct LogColumns {
 
 /// The columns of a table by their names: those that hold the name of a joint of the model and a word of a quantity
 /// (`/joint_states/elbow_joint/position`), else a word or letter and the number of the joint (`q1`, `effort_1`,
-/// `position[0]`). Quantities of which some joints have no column are left empty. Names that are given stay.
-/// @throws InvalidArgument where no column looks like a time or like positions, or some joints have none.
+/// `position[0]`, `joint1_pos`). Quantities of which some joints have no column are left empty, and those of motors.
+/// Names that are given stay. @see column_words.hpp for the words
+/// @throws InvalidArgument where no column looks like a time or like positions, some joints have none, or a column
+/// states a unit of another quantity.
 LogColumns find_columns(const std::vector<std::string>& names, const cell::Cell& cell, const LogColumns& given = {});
 
-/// The log in a table. A unit at the end of a name counts: `_deg`, `[mm]`, `(ms)`, `_mA`, `[N mm]`; else numbers are
-/// SI.
+/// The log in a table. A unit in a name counts: `_deg`, `[mm]`, `(ms)`, `_mA`, `[N mm]`; else numbers are SI, and the
+/// stamps in the unit that guess_time_unit finds.
 /// @throws InvalidArgument as find_columns, or naming a column that is not there.
 ArmLog log_of(const io::Table& table, const cell::Cell& cell, const LogColumns& columns = {});
 
