@@ -6,6 +6,8 @@
 #include <kr5/gap/cause_evidence.hpp>
 #include <kr5/gap/diagnose.hpp>
 #include <kr5/gap/effect_fit.hpp>
+#include <kr5/gap/explanation.hpp>
+#include <kr5/gap/explanation_text.hpp>
 #include <kr5/gap/joint_fit.hpp>
 #include <kr5/gap/measure.hpp>
 #include <kr5/gap/model_doubts.hpp>
@@ -74,7 +76,7 @@ std::vector<Alternative> alternatives_from(const std::vector<AlternativeText>& g
 Hypothesis make_hypothesis(const std::string& effect, const std::string& target,
                            const std::vector<OwnCoordinate>& coordinates, const py::object& apply,
                            const py::object& change, double inaccuracy) {
-  OwnEffect own{effect, target, coordinates, {}, {}, inaccuracy};
+  OwnEffect own{{effect, target}, coordinates, {}, {}, inaccuracy};
   const std::string of = " of custom effect " + effect + " on " + target;
   if (!apply.is_none())
     own.apply = [function = Shared(apply), of](kr5::cell::Cell& cell, const Eigen::VectorXd& x) {
@@ -156,7 +158,7 @@ void bind_findings(py::module_& m) {
   bind_struct<MissingSplit>(m, "MissingSplit", "Kind of experiment with none to fit, or none to check.");
   bind_struct<ScopeLimit>(m, "ScopeLimit", "Limit of what a recording can show.")
       .def_property_readonly("text", &limit_text, "The same as part of a sentence.");
-  bind_struct<NearestEffect>(m, "NearestEffect", "Effect that is not blamed, although it comes near.")
+  bind_struct<NearestEffect, EffectName>(m, "NearestEffect", "Effect that is not blamed, although it comes near.")
       .def_property_readonly(
           "text", [](const NearestEffect& e) { return reason_text(e); }, "Why it is not blamed, in words.");
   bind_struct<UntriedEffect>(m, "UntriedEffect", "Effect that this cell or recording cannot show.")
@@ -222,7 +224,7 @@ void bind_diagnosis(py::module_& m) {
   bind_dependences(m);
   bind_struct<ColumnExcess>(m, "ColumnExcess", "Gap of one column over all experiments of a kind.");
   bind_struct<ParameterEstimate>(m, "ParameterEstimate", "Estimated parameter, as in a cell file.");
-  bind_struct<Cause>(m, "Cause", "Cause: an effect that the diagnosis blames.");
+  bind_struct<Cause, EffectName>(m, "Cause", "Cause: an effect that the diagnosis blames.");
   bind_struct<ColumnReduction>(m, "ColumnReduction", "Gap of a column before and after.");
   bind_struct<GapReduction>(m, "GapReduction", "Gap before and after.");
   bind_struct<ColumnError>(m, "ColumnError", "Known error of a simulator in one column.");
@@ -273,7 +275,7 @@ void bind_diagnosis(py::module_& m) {
 
 void bind_joint_fit(py::module_& m) {
   bind_struct<JointFitOptions>(m, "JointFitOptions", "Options of fit_joint_effects.");
-  bind_struct<FittedEffect>(m, "FittedEffect", "Effect on a target, fitted beside all others.");
+  bind_struct<FittedEffect, EffectName>(m, "FittedEffect", "Effect on a target, fitted beside all others.");
   bind_struct<ColumnFit>(m, "ColumnFit", "How far the predictions of a column are off, in its unit.");
   bind_struct<JointFit>(m, "JointFit", "Effects of all joints, fitted together.")
       .def_property_readonly(
@@ -361,17 +363,86 @@ void bind_evidence(py::module_& m) {
 
 void bind_model_doubts(py::module_& m) {
   bind_enum<ModelDoubtKind>(m, "ModelDoubtKind", "What of a model is doubted: mass | size | zero.");
-  bind_struct<ModelDoubt>(m, "ModelDoubt", "A cause that is larger than the errors of a model usually are.");
+  bind_struct<ModelDoubt, EffectName>(m, "ModelDoubt",
+                                      "A cause that is larger than the errors of a model usually are.");
   m.def(
       "model_doubts", &model_doubts, py::arg("found"), py::arg("cell"),
       "Causes on joints whose sizes are beyond what is usual by two standard deviations, so that the model may be of\n"
       "another robot, or the log count from another zero: list of ModelDoubt. `cell`: without the causes.");
 }
 
+/// A diagnosis held against its recording. After the fits of effects.
+void bind_explanations(py::module_& m) {
+  bind_struct<DiagnosisEvidence>(m, "DiagnosisEvidence", "What a recording says of its diagnosis.")
+      .def("cell_without", &DiagnosisEvidence::cell_without, py::arg("cause"),
+           "Column of the residuals at the cell with all causes but one (from 0).");
+  bind_struct<EffectTrial, EffectName>(m, "EffectTrial",
+                                       "Effect fitted to what the other causes of a diagnosis leave.");
+  m.def("measured_noise", &measured_noise, py::arg("diagnosis"),
+        "Noise that a diagnosis measured, for residuals and fits in its units: list of NoiseOverride.");
+  m.def("with_causes", &with_causes, py::arg("cell"), py::arg("causes"),
+        "Cell with these causes added, but those that the catalogue does not name. Raises InvalidArgument for a "
+        "parameter of the wrong form, and for a target that the cell does not have.");
+  m.def(
+      "diagnosis_evidence",
+      [](const Diagnosis& found, const RecordingSource& recording, const py::object& simulator) {
+        const auto source = recording_from(recording);
+        return compute_interruptibly(simulator_from(simulator), [&](const kr5::cell::Simulator& s) {
+          return diagnosis_evidence(found, *source, s);
+        });
+      },
+      py::arg("diagnosis"), py::arg("recording"), py::arg("simulator") = py::none(),
+      "What a recording says for and against each cause: DiagnosisEvidence. recording, simulator: as of diagnose. "
+      "Raises InvalidArgument for a recording of another robot, and when nothing can be compared.");
+  m.def(
+      "rival_effects",
+      [](const Diagnosis& found, const DiagnosisEvidence& evidence, std::size_t cause, const RecordingSource& recording,
+         const py::object& simulator) {
+        const auto source = recording_from(recording);
+        return compute_interruptibly(simulator_from(simulator), [&](const kr5::cell::Simulator& s) {
+          return rival_effects(found, evidence, cause, *source, s);
+        });
+      },
+      py::arg("diagnosis"), py::arg("evidence"), py::arg("cause"), py::arg("recording"),
+      py::arg("simulator") = py::none(),
+      "Effects that explain most of what a cause (from 0) explains, in its place: at most three EffectFit, best "
+      "first.");
+  m.def(
+      "try_effect",
+      [](const Diagnosis& found, const std::string& effect, const std::vector<std::string>& targets,
+         const RecordingSource& recording, const py::object& simulator) {
+        const auto source = recording_from(recording);
+        return compute_interruptibly(simulator_from(simulator), [&](const kr5::cell::Simulator& s) {
+          return try_effect(found, effect, targets, *source, s);
+        });
+      },
+      py::arg("diagnosis"), py::arg("effect"), py::arg("targets"), py::arg("recording"),
+      py::arg("simulator") = py::none(),
+      "Effect on each of these targets in place of the cause where it explains most, or as the cause that it is: list "
+      "of EffectTrial, best first. Raises InvalidArgument for an effect that is not in the catalogue.");
+}
+
+void bind_explanation_texts(py::module_& m) {
+  bind_struct<Reasons>(m, "Reasons", "Sentences about an effect.");
+  m.def("cause_reasons", &cause_reasons, py::arg("diagnosis"), py::arg("cause"), py::arg("evidence") = py::none(),
+        "What speaks for and against a cause (from 0): Reasons. evidence: DiagnosisEvidence, or None where the "
+        "recording is not known.");
+  m.def("rival_texts", &rival_texts, py::arg("rivals"), py::arg("evidence"),
+        "What other effects (of rival_effects) do in the place of a cause, a sentence each.");
+  m.def("trial_reasons", &trial_reasons, py::arg("trial"), py::arg("diagnosis"), py::arg("evidence"),
+        "What speaks for and against an effect that was fitted (of try_effect): Reasons.");
+  m.def("floor_text", &floor_text, py::arg("columns"),
+        "Of a recording without gap: how near the floor its columns (of judged_columns) are.");
+  m.def(
+      "doubt_texts", &doubt_texts, py::arg("doubts"), py::arg("joint_names"), py::arg("described") = "the cell",
+      "What speaks against the model, and against the zeros of the log, with causes of unusual size (of model_doubts), "
+      "a sentence each. described: what describes the robot.");
+}
+
 void bind_effect_fits(py::module_& m) {
   bind_struct<EffectFitOptions>(m, "EffectFitOptions", "Options of fit_effects and fit_best_effects.");
-  bind_struct<EffectFit>(m, "EffectFit",
-                         "Effect fitted to the fit experiments and evaluated on the check experiments.");
+  bind_struct<EffectFit, EffectName>(m, "EffectFit",
+                                     "Effect fitted to the fit experiments and evaluated on the check experiments.");
   m.def(
       "fit_effects",
       [](const RecordingSource& recording, const std::vector<NameText>& effects,
@@ -480,6 +551,8 @@ void bind_gap(py::module_& m) {
   bind_evidence(m);
   bind_model_doubts(m);
   bind_effect_fits(m);
+  bind_explanations(m);
+  bind_explanation_texts(m);
   bind_plan(m);
   bind_struct<ColumnGap>(m, "ColumnGap", "Gap of one column of one experiment.");
   bind_struct<GapPart>(m, "GapPart", "Gap of all columns that share a property.");

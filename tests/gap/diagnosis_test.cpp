@@ -28,11 +28,11 @@ Diagnosis full() {
   differs.effect = {"coulomb_friction", "joint2"};
   d.where = {{"motion", "i2", "joint2", 7.0 / 3.0, 0.6, {turns, swings}}, {"poses", "z", "tool", 12.0, 0.4, {differs}}};
   d.unexplained = {d.where[1]};
-  Cause friction{"coulomb_friction", "joint2", 0.97, {{"coulomb", {25.0 / 7.0}, {0.1}, "N.m"}}, 0.9, {}};
+  Cause friction{{"coulomb_friction", "joint2"}, 0.97, {{"coulomb", {25.0 / 7.0}, {0.1}, "N.m"}}, 0.9, {}};
   friction.tied_with = {{"stribeck_friction", "joint2"}};
   std::vector<double> pose(16, 0.1);
   pose[5] = 1.0 / 3.0;
-  d.causes = {friction, {"hand_eye", "camera", 0.8, {{"T_E_C", pose, {1, 2, 3, 4, 5, 6}, "m, rad"}}, 0.1, {}}};
+  d.causes = {friction, {{"hand_eye", "camera"}, 0.8, {{"T_E_C", pose, {1, 2, 3, 4, 5, 6}, "m, rad"}}, 0.1, {}}};
   d.reduction = {9.4, 1.02, 1.0, {9, 10}, {1, 1.1}, {{"motion.i2", 7.0, 1.0}, {"poses.z", 12.0, 3.0}}};
   d.next_experiment = {{{"coulomb_friction", "joint2"}, {"stribeck_friction", "joint2"}},
                        cell::Kind::Motion,
@@ -40,7 +40,8 @@ Diagnosis full() {
                        38.0,
                        4.4,
                        true};
-  d.nearest = {{"backlash", "joint1", 3.5, NotBlamed::StructureRemains, "motion.i3", {VariableKind::JointPosition, 1}}};
+  d.nearest = {
+      {{"backlash", "joint1"}, 3.5, NotBlamed::StructureRemains, "motion.i3", {VariableKind::JointPosition, 1}}};
   d.not_tried = {{"payload", {}, NotTried::PartMissing, "tool"}, {"tool_delay", {"servo"}, NotTried::NotRecorded}};
   d.nuisance_std = 0.004;
   d.scope = {{ScopeReason::FewRows, cell::Kind::Poses, "poses-1", 4}, {ScopeReason::OneKind, cell::Kind::Motion}};

@@ -114,7 +114,7 @@ TEST_CASE("bounds hold a coordinate, and whole ones are counted") {
 }
 
 TEST_CASE("slopes that follow the steps lead to the same minimum as slopes at each point") {
-  gap::OwnEffect own{"bent", "i1", {{"size", "A", 1.0, -5.0, 5.0, {}}}, {}, {}};
+  gap::OwnEffect own{{"bent", "i1"}, {{"size", "A", 1.0, -5.0, 5.0, {}}}, {}, {}};
   own.change = [](io::Table& table, const cell::Experiment& e, const Eigen::VectorXd& x) {
     if (const int at = table.find("i1"); e.kind == cell::Kind::Motion && at >= 0)
       table.values.col(at) += std::expm1(x(0)) * at_times(e, wave);
@@ -137,7 +137,7 @@ TEST_CASE("slopes that follow the steps lead to the same minimum as slopes at ea
 }
 
 TEST_CASE("a step to where there is no such cell is shortened, and a fit that begins there begins nearer") {
-  gap::OwnEffect own{"wave", "i1", {{"size", "A", 1.0, -1e3, 1e3, {}}}, {}, {}};
+  gap::OwnEffect own{{"wave", "i1"}, {{"size", "A", 1.0, -1e3, 1e3, {}}}, {}, {}};
   own.apply = [](cell::Cell&, const Eigen::VectorXd& x) { require(x(0) < 12.0, "no such cell"); };
   own.change = [](io::Table& table, const cell::Experiment& e, const Eigen::VectorXd& x) {
     if (const int at = table.find("i1"); e.kind == cell::Kind::Motion && at >= 0)

@@ -21,7 +21,7 @@ namespace {
 
 /// A current sensor whose reading bends: i becomes i + bend i^2. No cell can hold that.
 gap::OwnEffect bent_sensor() {
-  gap::OwnEffect out{"bent_sensor", "i2", {{"bend", "1/A", 0.01, -0.5, 0.5, {}}}, {}, {}};
+  gap::OwnEffect out{{"bent_sensor", "i2"}, {{"bend", "1/A", 0.01, -0.5, 0.5, {}}}, {}, {}};
   out.change = [](io::Table& table, const cell::Experiment&, const Eigen::VectorXd& x) {
     if (const int at = table.find("i2"); at >= 0)
       table.values.col(at).array() += x(0) * table.values.col(at).array().square();
@@ -31,7 +31,7 @@ gap::OwnEffect bent_sensor() {
 
 /// Gravity other than believed: what a cell can hold and the catalogue lacks.
 gap::OwnEffect heavy_world() {
-  gap::OwnEffect out{"heavy_world", "gravity", {{"part", "-", 0.01, -0.5, 0.5, {}}}, {}, {}};
+  gap::OwnEffect out{{"heavy_world", "gravity"}, {{"part", "-", 0.01, -0.5, 0.5, {}}}, {}, {}};
   out.apply = [](cell::Cell& c, const Eigen::VectorXd& x) { c.robot.gravity *= 1 + x(0); };
   return out;
 }

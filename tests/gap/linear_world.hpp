@@ -105,7 +105,7 @@ inline Eigen::VectorXd at_times(const cell::Experiment& e, const Shape& shape) {
 /// An effect that adds x times a shape to a column of motions.
 inline gap::Hypothesis adding(const std::string& effect, const std::string& column, const Shape& shape,
                               double lower = -1e9, double upper = 1e9) {
-  gap::OwnEffect own{effect, column, {{"size", "A", 1.0, lower, upper, {}}}, {}, {}};
+  gap::OwnEffect own{{effect, column}, {{"size", "A", 1.0, lower, upper, {}}}, {}, {}};
   own.change = [column, shape](io::Table& table, const cell::Experiment& e, const Eigen::VectorXd& x) {
     if (const int at = table.find(column); e.kind == cell::Kind::Motion && at >= 0)
       table.values.col(at) += x(0) * at_times(e, shape);

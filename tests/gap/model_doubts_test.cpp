@@ -22,7 +22,7 @@ namespace {
 std::vector<gap::ModelDoubt> doubts(const std::string& effect, const std::string& target,
                                     const std::vector<gap::ParameterEstimate>& parameters) {
   gap::Diagnosis found;
-  found.causes.push_back({.effect = effect, .target = target, .probability = 1.0, .parameters = parameters});
+  found.causes.push_back({{effect, target}, 1.0, parameters});
   return gap::model_doubts(found, protocol::nominal());
 }
 

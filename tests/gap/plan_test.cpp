@@ -221,8 +221,7 @@ TEST_CASE("effects that the recording does not show are told apart at a usual si
 TEST_CASE("what a diagnosis could not tell apart is what to plan for") {
   gap::Diagnosis diagnosis;
   CHECK(gap::tied_alternatives(diagnosis).empty());
-  diagnosis.causes = {{.effect = "backlash", .target = "joint5", .probability = 1},
-                      {.effect = "payload", .target = "tool", .probability = 1}};
+  diagnosis.causes = {{{"backlash", "joint5"}, 1}, {{"payload", "tool"}, 1}};
   CHECK(gap::tied_alternatives(diagnosis).empty());
   diagnosis.causes[0].tied_with = {{"joint_elasticity", "joint5"}, {"encoder_offset", "joint5"}};
   diagnosis.causes[1].tied_with = {{"ft_bias", "fz"}};

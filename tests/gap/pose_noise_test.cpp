@@ -23,7 +23,7 @@ cell::Experiment poses(double noise, double with_q1) { return moved_poses(Random
 
 /// An effect that moves x with a joint.
 gap::Hypothesis moves_with(const std::string& joint) {
-  gap::OwnEffect own{"moves", joint, {{"size", "m", 1.0, -1e9, 1e9, {}}}, {}, {}};
+  gap::OwnEffect own{{"moves", joint}, {{"size", "m", 1.0, -1e9, 1e9, {}}}, {}, {}};
   own.change = [joint](io::Table& table, const cell::Experiment& e, const Eigen::VectorXd& x) {
     table.values.col(table.find("x")) += x(0) * e.data.column(joint);
   };

@@ -130,7 +130,8 @@ TEST_CASE("parameters are in their own units, and as uncertain as their slope ov
   CHECK(spring.std[0] == Approx(0.2 * stiffness / 0.25).epsilon(1e-3));
   CHECK(spring.unit == "N.m/rad");
   // An effect of the caller: its own size and unit.
-  gap::OwnEffect own{"bend", "i1", {{"bend", "1/A", 0.01, -1, 1, {}}}, [](cell::Cell&, const Eigen::VectorXd&) {}, {}};
+  gap::OwnEffect own{
+      {"bend", "i1"}, {{"bend", "1/A", 0.01, -1, 1, {}}}, [](cell::Cell&, const Eigen::VectorXd&) {}, {}};
   own.inaccuracy = 0.4;
   const gap::Candidate c = acting_in(gap::own_hypothesis(own), {0});
   gap::Model m = model(world, {part(c, 3.0)}, 0.0);

@@ -21,7 +21,7 @@ namespace {
 cell::Experiment poses(double noise, double with_q1) { return moved_poses(Random(161), 60, noise, with_q1); }
 
 gap::Hypothesis moving_x() {
-  gap::OwnEffect own{"moves", "x", {{"size", "m", 1.0, -1e9, 1e9, {}}}, {}, {}};
+  gap::OwnEffect own{{"moves", "x"}, {{"size", "m", 1.0, -1e9, 1e9, {}}}, {}, {}};
   own.change = [](io::Table& table, const cell::Experiment& e, const Eigen::VectorXd& x) {
     if (e.kind == cell::Kind::Poses) table.values.col(table.find("x")) += x(0) * e.data.column("q1");
   };

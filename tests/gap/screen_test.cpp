@@ -137,7 +137,7 @@ TEST_CASE("a copy of a screen shares its candidates, and outlives it") {
 }
 
 TEST_CASE("a hundredth of a usual size is nearly off, whatever the shape") {
-  gap::OwnEffect own{"e", "i1", {{"size", "A", 2.0, -9, 9, {}}, {"time", "s", 1.0, 0.1, 9, {0.5, 2.0}}}, {}, {}};
+  gap::OwnEffect own{{"e", "i1"}, {{"size", "A", 2.0, -9, 9, {}}, {"time", "s", 1.0, 0.1, 9, {0.5, 2.0}}}, {}, {}};
   own.apply = [](cell::Cell&, const Eigen::VectorXd&) {};
   const Eigen::VectorXd x = gap::nearly_off(gap::own_hypothesis(own));
   CHECK(x(0) == Approx(0.01));

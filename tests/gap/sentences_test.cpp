@@ -17,8 +17,7 @@ using kr5::cell::Kind;
 namespace {
 
 Cause friction(int joint, double probability = 0.97) {
-  return {"viscous_friction",
-          "joint" + std::to_string(joint),
+  return {{"viscous_friction", "joint" + std::to_string(joint)},
           probability,
           {{"viscous", {31.25}, {0.012}, "N.m.s/rad"}},
           0.98,
@@ -56,12 +55,13 @@ TEST_CASE("a verdict begins with the causes, in at most 40 words, however many t
       CAPTURE(text);
       CHECK(text.starts_with(d.causes.size() == 1 ? "Cause: viscous friction of joint 1" : "Causes: viscous friction"));
       CHECK(words_of(text) <= 40);
-      d.causes.push_back({"ft_bias", target, 0.7, {{"offset", {1.0}, {0.1}, "N or N.m"}}, 0.1, {}});
+      d.causes.push_back({{"ft_bias", target}, 0.7, {{"offset", {1.0}, {0.1}, "N or N.m"}}, 0.1, {}});
     }
   }
   Diagnosis pair = explained(0);
   for (const char* effect : {"link_com", "link_inertia"})
-    pair.causes.push_back({effect, "joint3", 0.9996, {{"com", {0.01, 0.02, 0.03}, {1e-3, 2e-3, 3e-3}, "m"}}, 0.5, {}});
+    pair.causes.push_back(
+        {{effect, "joint3"}, 0.9996, {{"com", {0.01, 0.02, 0.03}, {1e-3, 2e-3, 3e-3}, "m"}}, 0.5, {}});
   CHECK(first_sentence(verdict_text(pair)) ==
         "Causes: centre of mass of the link of joint 3 and link inertia of joint 3, each more than 99.9 % probable");
 }
@@ -76,7 +76,7 @@ TEST_CASE("of one cause size, uncertainty and probability are told, of many the 
   CHECK(causes_text(explained(0)).empty());
   Diagnosis many = explained(1);
   for (const char* effect : {"backlash", "coulomb_friction", "encoder_offset", "payload"})
-    many.causes.push_back({effect, "joint1", 0.9, {}, 0.1, {}});
+    many.causes.push_back({{effect, "joint1"}, 0.9, {}, 0.1, {}});
   CHECK(causes_text(many).find("and 2 more (listed below), each at least 90 % probable.") != std::string::npos);
 }
 

@@ -37,7 +37,7 @@ gap::Hypothesis hypothesis_of(const cell::Cell& cell, const std::string& effect,
 
 /// Adds exp(x) - 1 times a shape, about as an effect whose size is far from its slope.
 gap::Hypothesis growing(const std::string& effect, const std::string& column, const Shape& shape) {
-  gap::OwnEffect own{effect, column, {{"size", "A", 1.0, -20.0, 20.0, {}}}, {}, {}};
+  gap::OwnEffect own{{effect, column}, {{"size", "A", 1.0, -20.0, 20.0, {}}}, {}, {}};
   own.change = [column, shape](io::Table& table, const cell::Experiment& e, const Eigen::VectorXd& x) {
     if (const int at = table.find(column); e.kind == cell::Kind::Motion && at >= 0)
       table.values.col(at) += std::expm1(x(0)) * at_times(e, shape);
@@ -77,7 +77,7 @@ TEST_CASE("the coordinate of an effect is found from its value, in every kind of
 
 TEST_CASE("effects at fitted values are those of the cell that is made with them") {
   const cell::Cell cell = servo_cell();
-  const gap::FittedEffect effect{"servo_stiffness", "joint3", {{"stiffness", {90.0}, {1.0}, "N m/rad"}}, true};
+  const gap::FittedEffect effect{{"servo_stiffness", "joint3"}, {{"stiffness", {90.0}, {1.0}, "N m/rad"}}, true};
   const auto there = cell::get_effect(gap::cell_with(cell, {effect}).effects, "servo_stiffness", "joint3", "stiffness");
   REQUIRE(there);
   CHECK(std::get<double>(*there) == 90.0);
@@ -128,8 +128,8 @@ TEST_CASE("a start is refitted on the candidates that are there") {
       acting_in(hypothesis_of(recording.cell, "coulomb_friction", "joint3"), all));
   const gap::NuisanceModel none;
   const gap::FitProblem problem{data, none, {}, 0.0, gap::Slopes::WhereNeeded};
-  const gap::FittedEffect near{"coulomb_friction", "joint3", {{"coulomb", {50.0}, {5.0}, "N m"}}, true},
-      absent{"viscous_friction", "joint3", {{"viscous", {50.0}, {5.0}, "N m s/rad"}}, true};
+  const gap::FittedEffect near{{"coulomb_friction", "joint3"}, {{"coulomb", {50.0}, {5.0}, "N m"}}, true},
+      absent{{"viscous_friction", "joint3"}, {{"viscous", {50.0}, {5.0}, "N m s/rad"}}, true};
   const gap::Model start = gap::fit_start(problem, base, {near, absent}, {friction}, 2);
   REQUIRE(start.parts.size() == 1);
   const std::vector<gap::ParameterEstimate> found = gap::parameters(data, start, 0, 1.0);

@@ -20,9 +20,9 @@ from kr5_tools.cli.numbers import format_number, format_percent
 from kr5_tools.gap.terminal_report import cause_line
 from kr5_tools.gap_report.clock_faults import clock_remedy
 from kr5_tools.gap_report.diagnosis_file import DiagnosisFile, read_diagnosis
-from kr5_tools.gap_report.evidence import parameter_rows
-from kr5_tools.gap_report.evidence_data import Evidence, display_variable, measured_noise
+from kr5_tools.gap_report.evidence_data import Evidence, display_variable
 from kr5_tools.gap_report.messages import next_steps
+from kr5_tools.gap_report.parameter_rows import parameter_rows
 
 PROTOCOL = {
     "format": "kr5-protocol/1",
@@ -220,7 +220,7 @@ def test_the_residuals_are_those_that_measure_counts_and_go_with_the_causes(reco
 def test_noise_is_counted_as_the_diagnosis_measured_it(recorded):
     ratio = 1 + 1 / 3
     found = diagnosed("no_gap", noise=[{"key": "current", "ratio": ratio, "std": 0.01}])
-    (seen,) = measured_noise(kr5.gap.diagnosis_from_json(found.to_json()))
+    (seen,) = kr5.gap.measured_noise(kr5.gap.diagnosis_from_json(found.to_json()))
     assert (seen.key, seen.kind, seen.ratio) == ("current", None, ratio)  # no digit is lost on the way
     recording = kr5.cell.load_recording(recorded / "sound")
     plain, scaled = Evidence(diagnosed("no_gap"), recording), Evidence(found, recording)

@@ -37,7 +37,7 @@ int main(int, char** argv) {
   recording.experiments = {moved(recording.cell, "slow", cell::Split::Fit, 1.3),
                            moved(recording.cell, "fast", cell::Split::Fit, 2.9),
                            moved(recording.cell, "other", cell::Split::Check, 2.1)};
-  gap::OwnEffect own{"bent_sensor", "i2", {{"bend", "1/A", 0.01, -0.5, 0.5, {}}}, {}, {}};
+  gap::OwnEffect own{{"bent_sensor", "i2"}, {{"bend", "1/A", 0.01, -0.5, 0.5, {}}}, {}, {}};
   own.change = [](io::Table& table, const cell::Experiment&, const Eigen::VectorXd& x) {
     if (const int at = table.find("i2"); at >= 0)
       table.values.col(at).array() += x(0) * table.values.col(at).array().square();

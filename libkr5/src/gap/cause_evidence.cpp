@@ -153,7 +153,8 @@ CauseEvidence cause_evidence(const cell::Recording& recording, const std::vector
     require_cell(c, "with_all", with_all);
   }
   return {column_evidence(column_groups(recording, columns), without, with_all),
-          experiment_evidence(recording, columns, without, with_all)};
+          experiment_evidence(recording, columns, without, with_all),
+          {}};
 }
 
 std::optional<double> deviations_from_off(const cell::Cell& cell, const EffectName& effect,

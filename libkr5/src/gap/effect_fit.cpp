@@ -65,7 +65,7 @@ class Compared {
 
 std::vector<Hypothesis> chosen(const cell::Recording& recording, const std::function<bool(const EffectName&)>& wanted) {
   std::vector<Hypothesis> out = hypotheses(recording.cell, span_of(recording));
-  std::erase_if(out, [&](const Hypothesis& h) { return !wanted({h.effect, h.target}); });
+  std::erase_if(out, [&](const Hypothesis& h) { return !wanted(h); });
   return out;
 }
 
@@ -131,8 +131,7 @@ class EffectFitter {
     const Eigen::VectorXd before = counted_residual(compared_.data, compared_.base);
     const Eigen::VectorXd after = counted_residual(compared_.data, model.residual);
     EffectFit out{
-        h.effect,
-        h.target,
+        h.name(),
         h.choice,
         {},
         explained_fraction(compared_.data, groups_, above_noise(compared_.data, groups_, before), before, after),

@@ -43,7 +43,7 @@ Hypothesis own_hypothesis(const OwnEffect& own) {
   require(!own.effect.empty() && !own.target.empty(), "a custom effect needs a name and a target");
   require(!own.coordinates.empty(), where + "expected at least one coordinate");
   require(own.apply || own.change, where + "expected apply (changes the cell) or change (changes the columns)");
-  Hypothesis out{own.effect, own.target, "", 0.0, own.inaccuracy, {}, {}, {}, {}};
+  Hypothesis out{own, "", 0.0, own.inaccuracy, {}, {}, {}, {}};
   Point sizes(static_cast<Eigen::Index>(own.coordinates.size()));
   std::vector<double> shapes = {0.0};
   Eigen::Index shape = -1;

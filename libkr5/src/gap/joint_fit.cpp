@@ -197,7 +197,7 @@ void write_effects(const ComparisonData& data, const Model& model, JointFit& out
     slope[i] = estimates.front().std.front() / plain;
     for (ParameterEstimate& estimate : estimates)
       for (double& value : estimate.std) value *= std / plain;
-    out.effects.push_back({h.effect, h.target, std::move(estimates), std < prior_width});
+    out.effects.push_back({h.name(), std::move(estimates), std < prior_width});
   }
   out.covariance = slope.asDiagonal() * covariance * slope.asDiagonal();
 }

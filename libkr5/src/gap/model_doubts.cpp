@@ -4,8 +4,7 @@
 #include <cmath>
 #include <optional>
 
-#include <kr5/core/error.hpp>
-
+#include "gap/known_row.hpp"
 #include "gap/nominal_parameter.hpp"
 
 namespace kr5::gap {
@@ -18,22 +17,13 @@ constexpr double usual_length = 0.01;  // [m]
 constexpr double usual_angle = 0.05;   // of a link [rad]
 constexpr double usual_zero = 0.1;     // [rad]
 
-/// Null for an effect that the catalogue does not have.
-const cell::Effect* known_row(const std::string& effect) {
-  try {
-    return &cell::find_effect(effect);
-  } catch (const InvalidArgument&) {
-    return nullptr;
-  }
-}
-
 Eigen::VectorXd as_numbers(const std::vector<double>& values) {
   return Eigen::Map<const Eigen::VectorXd>(values.data(), std::ssize(values));
 }
 
 /// What the cell says of a parameter in as many numbers; none where it says nothing, or a pose.
 std::optional<Eigen::VectorXd> stated_numbers(const cell::Cell& cell, const Cause& cause, const ParameterEstimate& p) {
-  const auto value = nominal_parameter(cell, {cause.effect, cause.target}, cause.parameters, p.name);
+  const auto value = nominal_parameter(cell, cause, cause.parameters, p.name);
   if (!value) return std::nullopt;
   Eigen::VectorXd out;
   if (const double* number = std::get_if<double>(&*value)) out = Eigen::VectorXd::Constant(1, *number);
@@ -45,7 +35,7 @@ std::optional<Eigen::VectorXd> stated_numbers(const cell::Cell& cell, const Caus
 std::optional<ModelDoubt> doubt_of_mass(const Cause& cause, const ParameterEstimate& p, double stated) {
   const double low = p.value[0] - surely * p.std[0], high = p.value[0] + surely * p.std[0];
   if (high >= stated / usual_factor && low <= stated * usual_factor) return std::nullopt;
-  return ModelDoubt{ModelDoubtKind::Mass, cause.effect, cause.target, p.value[0] / stated, p.std[0] / stated, "-"};
+  return ModelDoubt{cause, ModelDoubtKind::Mass, p.value[0] / stated, p.std[0] / stated, "-"};
 }
 
 std::optional<ModelDoubt> doubt_of_size(const Cause& cause, const ParameterEstimate& p, const Eigen::VectorXd& stated) {
@@ -53,7 +43,7 @@ std::optional<ModelDoubt> doubt_of_size(const Cause& cause, const ParameterEstim
   const double usual = stated.size() == 3 ? usual_centre : p.unit == "m" ? usual_length : usual_angle;
   const double off = (as_numbers(p.value) - stated).norm(), error = as_numbers(p.std).norm();
   if (!(off - surely * error > usual)) return std::nullopt;
-  return ModelDoubt{ModelDoubtKind::Size, cause.effect, cause.target, off, error, p.unit};
+  return ModelDoubt{cause, ModelDoubtKind::Size, off, error, p.unit};
 }
 
 /// The first of its parameters that is far from what the cell says.
@@ -73,7 +63,7 @@ std::optional<ModelDoubt> doubt_of_zero(const Cause& cause, const cell::Effect& 
   if (zero.unit != "rad" || row.parameters.at(0).nominal_when_off || zero.value.empty() || zero.std.empty())
     return std::nullopt;
   if (!(std::abs(zero.value[0]) - surely * zero.std[0] > usual_zero)) return std::nullopt;
-  return ModelDoubt{ModelDoubtKind::Zero, cause.effect, cause.target, zero.value[0], zero.std[0], zero.unit};
+  return ModelDoubt{cause, ModelDoubtKind::Zero, zero.value[0], zero.std[0], zero.unit};
 }
 
 }  // namespace

@@ -257,7 +257,7 @@ Plan plan(const cell::Recording& recording, const cell::Simulator& simulator,
 
 std::vector<Alternative> tied_alternatives(const Diagnosis& diagnosis) {
   Alternative blamed;
-  for (const Cause& cause : diagnosis.causes) blamed.push_back({cause.effect, cause.target});
+  for (const Cause& cause : diagnosis.causes) blamed.push_back(cause);
   std::vector<Alternative> out;
   for (std::size_t k = 0; k < diagnosis.causes.size(); ++k)
     for (const EffectName& other : diagnosis.causes[k].tied_with) {

@@ -208,7 +208,7 @@ std::string cause_text(const Cause& cause, const std::vector<std::string>& joint
   });
   if (known != cause.parameters.end() && known->value.size() != pose)
     said.push_back(value_text(*known, cause.target) + ",");
-  std::string out = effect_text({cause.effect, cause.target}) + " (";
+  std::string out = effect_text(cause) + " (";
   for (const std::string& part : said) out += part + " ";
   return out + percent_text(cause.probability) + " probable)";
 }
@@ -224,7 +224,7 @@ std::string causes_text(const Diagnosis& d) {
   std::vector<EffectName> names;
   double least = 1.0;
   for (const Cause& cause : d.causes) {
-    names.push_back({cause.effect, cause.target});
+    names.push_back(cause);
     least = std::min(least, cause.probability);
   }
   return plural(names.size(), "Cause: ", "Causes: ") + join_first(grouped_effects(names)) +

@@ -181,7 +181,7 @@ def _variables(
 
 def _value_texts(effect: str, target: str, cell: kr5.cell.Cell, changed: kr5.cell.Cell) -> list[str]:
     """The parameters of the effect, with what the cell says where they replace it."""
-    from kr5_tools.gap_report.evidence import parameter_rows
+    from kr5_tools.gap_report.parameter_rows import parameter_rows
 
     values = changed.effects.to_dict()[effect][target]
     units = {p.name: p.unit for p in kr5.cell.find_effect(effect).parameters}

@@ -12,7 +12,6 @@ from kr5.files import results, writing
 from kr5.logs.compared_source import command_of
 
 from kr5_tools.cli import arguments, tables, terminal
-from kr5_tools.cli.numbers import format_percent
 from kr5_tools.cli.terminal import Console
 from kr5_tools.gap.explained_targets import TARGET_COLUMNS, target_rows
 from kr5_tools.gap.source import known_target
@@ -67,7 +66,7 @@ def explain(
         named = "logs and their model were" if diagnosis.of_logs else "recording was"
         raise kr5.InvalidArgument(f"{what}: its {named} not found; specify a recording with --recording FOLDER")
     else:
-        told = explain_effect(row, target, diagnosis.found.causes, evidence)
+        told = explain_effect(row, target, evidence)
     results.write_result(json_file, "kr5-gap-explanation/1", **told, input=named_inputs(diagnosis.input, evidence))
     print_explanation(told, terminal.console(json_file))
 
@@ -108,9 +107,7 @@ def explain_verdict(diagnosis: DiagnosisFile, evidence: "Evidence | None") -> di
     }
 
 
-def explain_effect(
-    row: kr5.cell.Effect, target: str, causes: list[kr5.gap.Cause], evidence: "Evidence"
-) -> dict[str, Any]:
+def explain_effect(row: kr5.cell.Effect, target: str, evidence: "Evidence") -> dict[str, Any]:
     """What the catalogue says of an effect, and what the recording says of it on each target."""
     cell = evidence.recording.cell
     targets, target = cell.effect_targets(row.id), known_target(target, cell)
@@ -129,124 +126,36 @@ def explain_effect(
         "targets": [],
     }
     with terminal.spinner("Fitting …"):
-        found = best_trials(row, [target] if target else targets, causes, evidence)
-    for at, trial, k in found:
-        told["targets"].append(_trial_words(at, trial, row, causes, evidence, k))
+        trials = kr5.gap.try_effect(
+            evidence.found, row.id, [target] if target else targets, evidence.recording, evidence.simulator
+        )
+        told["targets"] = [_trial_row(trial, evidence) for trial in trials]
     return told
 
 
-def best_trials(
-    row: kr5.cell.Effect, targets: list[str], causes: list[kr5.gap.Cause], evidence: "Evidence"
-) -> list[tuple[str, kr5.gap.EffectFit | None, int | None]]:
-    """The effect on each target, in place of the cause (by its number) where it does most, or of the one it is;
-    best first."""
-    best: dict[str, tuple[Any, int | None]] = {}
-    blamed = {c.target: k for k, c in enumerate(causes) if c.effect == row.id}
-    for k in range(len(causes)) or [None]:
-        names = [kr5.gap.EffectName(effect=row.id, target=at) for at in targets if blamed.get(at, k) == k]
-        cell = evidence.cell_with([j for j in range(len(causes)) if j != k])
-        for trial in kr5.gap.fit_effects(evidence.recording, names, cell, evidence.simulator, evidence.options):
-            if trial.target not in best or trial.explained_fraction > best[trial.target][0].explained_fraction:
-                best[trial.target] = trial, k
-    found = [(at, *best.get(at, (None, None))) for at in targets]
-    return sorted(found, key=lambda row: -(row[1].explained_fraction if row[1] else -1.0))
+def _trial_row(trial: kr5.gap.EffectTrial, evidence: "Evidence") -> dict[str, Any]:
+    """What fitting an effect on a target showed, for it and against it."""
+    from kr5_tools.gap_report.parameter_rows import parameter_rows
 
-
-def _trial_words(
-    target: str,
-    trial: kr5.gap.EffectFit | None,
-    row: kr5.cell.Effect,
-    causes: list[kr5.gap.Cause],
-    evidence: "Evidence",
-    k: int | None,
-) -> dict[str, Any]:
-    """What fitting the effect on a target showed, for it and against it; `k`: the cause that it was fitted in place
-    of."""
-    from kr5.gap import effect_text
-
-    from kr5_tools.gap_report.evidence import parameter_rows
-
-    out: dict[str, Any] = {
-        "target": target,
-        "name": effect_text(row.id, target),
+    reasons = kr5.gap.trial_reasons(trial, evidence.found, evidence.told)
+    out = {
+        "target": trial.target,
+        "name": kr5.gap.effect_text(trial.effect, trial.target),
         "closed": None,
-        "for": [],
-        "against": [],
+        "for": reasons.in_favour,
+        "against": reasons.against,
         "parameters": [],
     }
-    if trial is None:
-        return {**out, "against": ["It changes no recorded column; this recording contains no evidence about it."]}
-    columns = [(c.column, c.before, c.after) for c in trial.columns]
-    out |= {
-        "closed": trial.explained_fraction,
-        "choice": trial.choice,
-        "parameters": parameter_rows(trial, evidence.recording.cell),
-        "columns": [{"column": g, "before": b, "after": a} for g, b, a in columns],
+    fit = trial.fit
+    if fit is None:
+        return out
+    return {
+        **out,
+        "closed": fit.explained_fraction,
+        "choice": fit.choice,
+        "parameters": parameter_rows(fit, evidence.recording.cell),
+        "columns": [{"column": c.column, "before": c.before, "after": c.after} for c in fit.columns],
     }
-    replaced = None if k is None else causes[k]
-    if replaced and (replaced.effect, replaced.target) == (row.id, target):
-        blamed, replaced = replaced, None
-    else:
-        blamed = None
-    for found in (
-        _excess_words(trial.explained_fraction, columns, replaced, evidence),
-        _column_words(columns, evidence),
-        _diagnosis_words(blamed, causes),
-    ):
-        out["for"] += found[0]
-        out["against"] += found[1]
-    return out
-
-
-Columns = list[tuple[str, float, float]]  # name, gap before, gap after
-Reasons = tuple[list[str], list[str]]  # for the effect, against it
-
-
-def _excess_words(fraction: float, columns: Columns, replaced: kr5.gap.Cause | None, evidence: "Evidence") -> Reasons:
-    """How much of the excess it explains. `replaced`: the cause in whose place it was fitted, or None."""
-    from kr5.gap import effect_text
-
-    if not any(before > evidence.limit(group) for group, before, _ in columns):
-        return [], ["There is no gap to explain."]
-    place = f" in place of {effect_text(replaced.effect, replaced.target)}" if replaced else ""
-    if fraction <= 0.01:
-        return [], [f"Fitted{place} at its best values, it explains less than 1 % of the excess."]
-    held_out = any(str(e.split) == "check" for e in evidence.experiments)
-    judged = ", on experiments not used for the fit" if held_out else ""
-    return [f"Fitted{place}, it explains {format_percent(fraction)} of the excess{judged}."], []
-
-
-def _column_words(columns: Columns, evidence: "Evidence") -> Reasons:
-    """In which columns the gap falls, stays and grows."""
-    from kr5.gap import column_text
-
-    from kr5_tools.gap_report.messages import join_list
-
-    pros, cons = [], []
-    if better := [f"the {column_text(g)} ({b:.2f} → {a:.2f})" for g, b, a in columns if a < b - 0.02][:4]:
-        pros.append(f"Better with it: {join_list(better)}.")
-    left = [(g, a) for g, b, a in columns if b > evidence.limit(g) and a > 1.02 * evidence.limit(g)]
-    if left:
-        left.sort(key=lambda row: -row[1])
-        more = f" and {len(left) - 4} more columns above the floor" if len(left) > 4 else ""
-        listed = join_list([f"the {column_text(g)} at {a:.2f}" for g, a in left[:4]])
-        cons.append(f"Remaining gap: {listed}{more}; 1 is the floor.")
-    worse = [(g, b, a) for g, b, a in columns if a > b + 0.02 and a > evidence.limit(g)][:3]
-    return pros, cons + [f"Worse with it: the {column_text(g)} ({b:.2f} → {a:.2f})." for g, b, a in worse]
-
-
-def _diagnosis_words(blamed: kr5.gap.Cause | None, causes: list[kr5.gap.Cause]) -> Reasons:
-    """What the diagnosis says of it. `blamed`: the cause that it is, or None."""
-    from kr5.gap import effect_text
-
-    from kr5_tools.gap_report.messages import join_list
-
-    if blamed:
-        sure = format_percent(blamed.probability)
-        return [f"The diagnosis names it as a cause, with a probability of {sure}."], []
-    if not causes:
-        return [], []
-    return [], [f"The diagnosis names {join_list([effect_text(c.effect, c.target) for c in causes])}, not this."]
 
 
 def print_explanation(told: dict[str, Any], to: Console) -> None:

@@ -17,10 +17,10 @@ from kr5_tools.cli.numbers import NONE, format_percent, root_mean_square, table_
 from kr5_tools.cli.terminal import Console
 from kr5_tools.gap.source import print_source
 from kr5_tools.gap_report.diagnosis_file import DiagnosisFile
-from kr5_tools.gap_report.evidence import nominal_value, without_rounding
 from kr5_tools.gap_report.messages import capitalised, group_of, join_list, next_steps
 from kr5_tools.gap_report.model_warnings import model_warnings
 from kr5_tools.gap_report.mujoco_sentences import check_sentences
+from kr5_tools.gap_report.parameter_rows import nominal_value, without_rounding
 
 VERDICTS = {
     "no_gap": ("green", "No gap"),
@@ -75,12 +75,12 @@ def note_text(note: kr5.gap.Note) -> str:
     return f"{note.text} {note.meaning}".strip()
 
 
-def effect_id(named: kr5.gap.Cause | kr5.gap.EffectName | kr5.gap.NearestEffect) -> str:
+def effect_id(named: kr5.gap.EffectName) -> str:
     """An effect and its target as `kr5 gap explain` and `kr5 gap plan` take them."""
     return f"{named.effect}:{named.target}"
 
 
-def known_as(named: kr5.gap.Cause | kr5.gap.NearestEffect, joint_names: list[str]) -> str:
+def known_as(named: kr5.gap.EffectName, joint_names: list[str]) -> str:
     """The joint by the name of the model, and what the commands take."""
     return _with_joint(joint_name(joint_names, named.target), effect_id(named))
 

@@ -1,8 +1,8 @@
 """What the pages and tables about a diagnosis know beyond its JSON: residuals row by row, at the nominal cell and with
 the causes, simulated anew."""
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,7 @@ from kr5.logs.compared_source import reopen_source
 
 from kr5_tools.cli import arguments
 from kr5_tools.cli.numbers import format_percent
-from kr5_tools.gap_report.messages import find_column
+from kr5_tools.gap_report.messages import effect_row, find_column
 
 
 @dataclass
@@ -25,7 +25,6 @@ class Column:
     name: str
     before: np.ndarray
     after: np.ndarray | None = None
-    without: dict[int, np.ndarray] = field(default_factory=dict)  # by the number of the cause that is left out
 
     @property
     def kind(self) -> str:
@@ -36,11 +35,6 @@ class Column:
         return f"{self.kind}.{self.name}"
 
 
-def measured_noise(found: kr5.gap.Diagnosis) -> list[kr5.gap.NoiseOverride]:
-    """The noise that a diagnosis measured, as kr5.gap.NoiseOverride."""
-    return [kr5.gap.NoiseOverride(key=n.key, kind=n.kind, ratio=n.ratio) for n in found.noise]
-
-
 class Evidence:
     """A diagnosis (kr5.gap.Diagnosis) with its recording, and what both say together."""
 
@@ -49,38 +43,19 @@ class Evidence:
     ) -> None:
         self.found, self.recording = found, recording
         self.simulator = simulator or arguments.make_simulator(False)
-        self.noise = measured_noise(found)
         self.experiments = list(recording.experiments)  # once: each look makes copies
-        self.unset: list[str] = []  # causes that a cell cannot hold
-        self.cell = self.cell_with(range(len(found.causes)))
+        self.unset = sorted({c.effect for c in found.causes if effect_row(c.effect) is None})  # no cell can hold them
+        self.cell = kr5.gap.with_causes(recording.cell, found.causes)
 
-    def cell_with(self, causes: Iterable[int]) -> kr5.cell.Cell:
-        """The recording's cell with some of the causes added."""
-        known = {e.id for e in kr5.cell.effect_catalogue()}
-        cell, named = self.recording.cell, self.found.causes  # copies
-        for k in causes:
-            cause = named[k]
-            if cause.effect not in known:
-                self.unset = sorted({*self.unset, cause.effect})
-                continue
-            for parameter in cause.parameters:
-                cell.set_effect(cause.effect, cause.target, parameter.name, shaped_value(parameter.value))
-        return cell
-
-    @property
-    def left_out(self) -> list[int]:
-        """Causes whose part is seen by leaving them out; of a single one the nominal cell tells."""
-        count = len(self.found.causes)
-        return list(range(count)) if self.explained and count > 1 else []
+    @cached_property
+    def told(self) -> kr5.gap.DiagnosisEvidence:
+        """Residuals with and without each cause, and what they say."""
+        return kr5.gap.diagnosis_evidence(self.found, self.recording, self.simulator)
 
     @cached_property
     def residuals(self) -> list[kr5.gap.ResidualColumn]:
-        """kr5.gap.ResidualColumn: at the nominal cell, with the causes, and without each of them."""
-        causes = range(len(self.found.causes))
-        others = [self.cell_with([j for j in causes if j != k]) for k in self.left_out]
-        return kr5.gap.residual_columns(
-            self.recording, self.simulator, [self.cell, *others] if self.explained else [], self.noise
-        )
+        """A copy, made once."""
+        return list(self.told.residuals)
 
     @cached_property
     def columns(self) -> list[Column]:
@@ -88,8 +63,7 @@ class Evidence:
         for shown in self.residuals:
             rows = np.asarray(shown.residuals).T
             after = rows[1] if self.explained else None
-            without = dict(zip(self.left_out, rows[2:])) or ({0: rows[0]} if self.explained else {})
-            out.append(Column(experiments[shown.experiment], shown.column, rows[0], after, without))
+            out.append(Column(experiments[shown.experiment], shown.column, rows[0], after))
         return out
 
     def parts(self) -> list[dict[str, Any]]:
@@ -119,40 +93,10 @@ class Evidence:
         return [c for c in self.columns if found and c.group == group and c.experiment.name in found.experiments]
 
     @cached_property
-    def of_causes(self) -> list[kr5.gap.CauseEvidence]:
-        """What each cause explains; only where there is a cell with the causes."""
-        return [
-            kr5.gap.cause_evidence(self.recording, self.residuals, self._without(k), 1)
-            for k in range(len(self.found.causes))
-        ]
-
-    def _without(self, k: int) -> int:
-        """The column of the residuals at the cell with all causes but one."""
-        return 2 + self.left_out.index(k) if self.left_out else 0
-
-    @cached_property
     def _judged(self) -> list[dict[str, kr5.gap.JudgedColumn]]:
         """By column of the residuals, then by group (kind.column)."""
-        cells = 2 + len(self.left_out) if self.explained else 1
+        cells = np.shape(self.residuals[0].residuals)[1] if self.residuals else 0
         return [{c.column: c for c in kr5.gap.judged_columns(self.recording, self.residuals, k)} for k in range(cells)]
-
-    @property
-    def options(self) -> Any:
-        """Of trials on the recording."""
-        return kr5.gap.EffectFitOptions(noise=self.noise)
-
-    def rivals(self, k: int) -> list[Any]:
-        """The other effects that explain most of what a cause explains, in its place."""
-        causes = self.found.causes
-        taken = [kr5.gap.EffectName(effect=c.effect, target=c.target) for c in causes]
-        cell = self.cell_with([j for j in range(len(causes)) if j != k])
-        explains = {
-            c.group
-            for c in self.columns
-            if k in c.without and self.gap(c.group, without=k) > self.gap(c.group, "after") + 0.02
-        }
-        tried = kr5.gap.fit_best_effects(self.recording, cell, self.simulator, taken, 6, self.options)
-        return [t for t in tried if any(c.column in explains and c.after < c.before for c in t.columns)][:3]
 
     @property
     def explained(self) -> bool:
@@ -164,7 +108,7 @@ class Evidence:
         return list(dict.fromkeys(c.group for c in self.columns))
 
     def gap(self, group: str, which: str = "before", without: int | None = None) -> float:
-        cell = self._without(without) if without is not None else int(which == "after")
+        cell = self.told.cell_without(without) if without is not None else int(which == "after")
         found = self._judged[cell].get(group) if cell < len(self._judged) else None
         return found.gap if found else float("nan")
 
@@ -175,13 +119,6 @@ class Evidence:
 
     def exceeds(self, group: str, which: str = "before") -> bool:
         return self.gap(group, which) > self.limit(group)
-
-
-def shaped_value(value: list[float]) -> Any:
-    """A value as a cell file has it: a number, a list, or the rows of a matrix."""
-    if len(value) == 1:
-        return value[0]
-    return [value[i : i + 4] for i in range(0, 16, 4)] if len(value) == 16 else list(value)
 
 
 # Number of times that a position is differentiated, and the unit; in the order of the kinds of variables of a joint.

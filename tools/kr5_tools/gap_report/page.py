@@ -16,10 +16,10 @@ from kr5.logs.compared_source import command_of, name_of
 from kr5_tools.cli import terminal
 from kr5_tools.cli.numbers import format_percent
 from kr5_tools.gap_report.diagnosis_file import DiagnosisFile
-from kr5_tools.gap_report.evidence import alternatives_to, evidence_against, evidence_for, parameter_rows
 from kr5_tools.gap_report.messages import capitalised, effect_row, group_of, join_list, next_steps
 from kr5_tools.gap_report.model_warnings import model_warnings
 from kr5_tools.gap_report.mujoco_sentences import check_rows, check_sentences
+from kr5_tools.gap_report.parameter_rows import parameter_rows
 
 if TYPE_CHECKING:
     from kr5_tools.calibrate.plots import Plot
@@ -166,11 +166,7 @@ def floor_text(found: kr5.gap.Diagnosis, evidence: "Evidence | None") -> str:
     """Of a recording without gap: how near the floor its columns are."""
     if evidence is None or str(found.verdict) != "no_gap":
         return ""
-    gaps = [evidence.gap(group) for group in evidence.groups]
-    return (
-        f" Over its {len(gaps)} columns the gap is {float(np.sqrt(np.mean(np.square(gaps)))):.2f} times the noise, and"
-        " 1 is the floor."
-    )
+    return f" {kr5.gap.floor_text(evidence.told.columns)}"
 
 
 def part_of_target(target: str) -> str:
@@ -212,6 +208,7 @@ def cause_rows(found: kr5.gap.Diagnosis, evidence: "Evidence | None") -> list[di
     for k, cause in enumerate(found.causes):
         row, joint = effect_row(cause.effect), joint_name(found.joint_names, cause.target)
         parameters = parameter_rows(cause, evidence.recording.cell if evidence else None)
+        reasons = kr5.gap.cause_reasons(found, k, evidence.told) if evidence else kr5.gap.cause_reasons(found, k)
         out.append(
             {
                 "name": capitalised(effect_text(cause.effect, cause.target)),
@@ -222,8 +219,8 @@ def cause_rows(found: kr5.gap.Diagnosis, evidence: "Evidence | None") -> list[di
                 "remedy": row.remedy if row else "",
                 "parameters": parameters,
                 "nominal": any(p["nominal"] for p in parameters),
-                "for": evidence_for(found, k, evidence),
-                "against": evidence_against(found, k, evidence),
+                "for": reasons.in_favour,
+                "against": reasons.against,
                 "rivals": rival_texts(k, evidence),
             }
         )
@@ -236,7 +233,8 @@ def rival_texts(k: int, evidence: "Evidence | None") -> list[str]:
         return []
     if k >= SEARCHED:
         return [f"Other effects were tried in the place of the first {SEARCHED} causes only."]
-    return alternatives_to(evidence.rivals(k), evidence)
+    rivals = kr5.gap.rival_effects(evidence.found, evidence.told, k, evidence.recording, evidence.simulator)
+    return kr5.gap.rival_texts(rivals, evidence.told)
 
 
 def unexplained_rows(found: kr5.gap.Diagnosis) -> list[dict[str, Any]]:

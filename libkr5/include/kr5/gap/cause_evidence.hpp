@@ -11,6 +11,7 @@
 
 /// @file
 /// What the residuals of a recording say for and against one cause of its diagnosis: for explanations.
+/// @see explanation.hpp, which asks it of every cause
 
 namespace kr5::gap {
 
@@ -74,13 +75,18 @@ struct ExperimentEvidence {
 struct CauseEvidence {
   std::vector<ColumnEvidence> columns;
   std::vector<ExperimentEvidence> experiments;
+  std::optional<double> deviations = {};  ///< [-]
 
   static void each_field(auto& self, auto&& visit) {
     visit("columns", self.columns, "Columns, the one of which it explains most first.");
     visit("experiments", self.experiments, "Experiments in which a column exceeds its limit without the cause.");
+    visit("deviations", self.deviations,
+          "Standard deviations by which its size differs from that at which it is off; none where they are not known "
+          "[-].");
   }
 };
 
+/// Without `deviations`, which are no matter of residuals.
 /// @param columns Of residual_columns. @param without Column of `residuals` at the cell with the other causes alone.
 /// @param with_all The same with all causes.
 /// @throws InvalidArgument for residuals of another recording.

@@ -63,17 +63,14 @@ struct ParameterEstimate {
 };
 
 /// An effect that is blamed.
-struct Cause {
-  std::string effect;
-  std::string target;
+struct Cause : EffectName {
   double probability = 0.0;
-  std::vector<ParameterEstimate> parameters;
+  std::vector<ParameterEstimate> parameters = {};
   double explained_fraction = 0.0;
-  std::vector<EffectName> tied_with;
+  std::vector<EffectName> tied_with = {};
 
   static void each_field(auto& self, auto&& visit) {
-    visit("effect", self.effect, "Id in the catalogue.");
-    visit("target", self.target, "Target of the effect.");
+    EffectName::each_field(self, visit);
     visit("probability", self.probability, "Probability that the cell carries this effect on this target.");
     visit("parameters", self.parameters, "Parameters in absolute values, as in a cell file.");
     visit("explained_fraction", self.explained_fraction,

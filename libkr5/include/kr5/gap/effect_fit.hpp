@@ -79,17 +79,14 @@ struct EffectFitOptions {
 };
 
 /// Effect fitted to the fit experiments and evaluated on the check experiments (on all, without any).
-struct EffectFit {
-  std::string effect;
-  std::string target;
+struct EffectFit : EffectName {
   std::string choice;
   std::vector<ParameterEstimate> parameters;
   double explained_fraction = 0.0;  ///< [-]
   std::vector<ColumnReduction> columns;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("effect", self.effect, "Id in the catalogue.");
-    visit("target", self.target, "Target of the effect.");
+    EffectName::each_field(self, visit);
     visit("choice", self.choice, "Discrete choice (cycles, source, element) in words; empty where there is none.");
     visit("parameters", self.parameters, "Parameters as in a cell file.");
     visit("explained_fraction", self.explained_fraction,

@@ -37,9 +37,7 @@ struct Probe {
 };
 
 /// An effect on a target, with every discrete choice (cycles, source, element, a or b) made.
-struct Hypothesis {
-  std::string effect;
-  std::string target;
+struct Hypothesis : EffectName {
   std::string choice;      ///< The discrete choice in words; empty where there is none.
   double log_prior = 0.0;  ///< Of this choice among those of the same effect and target.
   /// How far a simulator may be off with it, of its own size, beyond what it is off anyway.
@@ -55,7 +53,7 @@ struct Hypothesis {
   bool of_recording = false;
 
   int size() const { return static_cast<int>(coordinates.size()); }
-  EffectName name() const { return {effect, target}; }
+  EffectName name() const { return *this; }
 };
 
 /// One number of an effect that no catalogue names, in its own unit; 0 where the effect is off.
@@ -81,9 +79,7 @@ struct OwnCoordinate {
 };
 
 /// An effect that no catalogue names. `apply` and `change` get the numbers in their own units; either may be empty.
-struct OwnEffect {
-  std::string effect;
-  std::string target;
+struct OwnEffect : EffectName {
   std::vector<OwnCoordinate> coordinates;
   /// Sets the effect in a cell.
   std::function<void(cell::Cell&, const Eigen::VectorXd&)> apply;

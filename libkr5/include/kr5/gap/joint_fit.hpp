@@ -37,15 +37,12 @@ struct JointFitOptions {
 };
 
 /// One effect on one target, fitted beside all others.
-struct FittedEffect {
-  std::string effect;
-  std::string target;
+struct FittedEffect : EffectName {
   std::vector<ParameterEstimate> parameters;
   bool determined = false;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("effect", self.effect, "Id in the catalogue.");
-    visit("target", self.target, "Target of the effect.");
+    EffectName::each_field(self, visit);
     visit("parameters", self.parameters, "Parameters in absolute values, as in a cell file.");
     visit("determined", self.determined,
           "Whether the motions tell it: its uncertainty is below three usual sizes of the effect.");

@@ -23,18 +23,15 @@ constexpr auto enum_names(ModelDoubtKind) {
   return names<ModelDoubtKind>({{Mass, "mass"}, {Size, "size"}, {Zero, "zero"}});
 }
 
-struct ModelDoubt {
+struct ModelDoubt : EffectName {
   ModelDoubtKind kind = ModelDoubtKind::Size;
-  std::string effect;
-  std::string target;
   double value = 0.0;  ///< As the kind says, in `unit`.
   double std = 0.0;    ///< In `unit`.
   std::string unit;
 
   static void each_field(auto& self, auto&& visit) {
+    EffectName::each_field(self, visit);
     visit("kind", self.kind, "What is far off: mass | size | zero.");
-    visit("effect", self.effect, "Effect of the cause.");
-    visit("target", self.target, "Target of the cause.");
     visit("value", self.value, "Over that of the model for a mass, else the difference from it.");
     visit("std", self.std, "Standard deviation of the value.");
     visit("unit", self.unit, "Unit of both; - for a mass.");

@@ -34,9 +34,7 @@ constexpr auto enum_names(NotBlamed) {
 }
 
 /// An effect that is not blamed, although it comes near.
-struct NearestEffect {
-  std::string effect;
-  std::string target;
+struct NearestEffect : EffectName {
   double gap = 0.0;
   NotBlamed reason = NotBlamed::LessLikely;
   std::string column = {};
@@ -44,8 +42,7 @@ struct NearestEffect {
   std::string note = {};
 
   static void each_field(auto& self, auto&& visit) {
-    visit("effect", self.effect, "Id in the catalogue.");
-    visit("target", self.target, "Target of the effect.");
+    EffectName::each_field(self, visit);
     visit("gap", self.gap, "Gap that it leaves beside the causes, over the columns above the floor [-].");
     visit("reason", self.reason,
           "Why it is not blamed: fits_check_worse | within_simulator_error | less_likely | structure_remains | "

@@ -69,7 +69,7 @@ std::vector<std::pair<const cell::EffectParameter*, cell::EffectValue>> values(c
   std::vector<std::pair<const cell::EffectParameter*, cell::EffectValue>> out;
   for (const cell::EffectParameter& p : cell::find_effect(h.effect).parameters)
     if (const auto value = cell::get_effect(cell.effects, h.effect, h.target, p.name))
-      if (!p.with_and_without || is_set(cell, {h.effect, h.target}, p.name)) out.emplace_back(&p, *value);
+      if (!p.with_and_without || is_set(cell, h, p.name)) out.emplace_back(&p, *value);
   return out;
 }
 

@@ -9,6 +9,8 @@
 
 #include <kr5/cell/effect.hpp>
 
+#include "gap/estimated_effect.hpp"
+
 namespace kr5::gap {
 namespace {
 
@@ -140,15 +142,11 @@ class Reduction {
 
 cell::Cell cell_with(const cell::Cell& cell, const std::vector<FittedEffect>& effects) {
   cell::Cell out = cell;
-  for (const FittedEffect& e : effects)
-    for (const ParameterEstimate& p : e.parameters)
-      cell::set_effect(out, e.effect, e.target, p.name, cell::EffectValue(p.value.front()));
+  for (const FittedEffect& e : effects) set_estimates(out, e, e.parameters);
   return out;
 }
 
-bool is_of(const FittedEffect& fitted, const Hypothesis& h) {
-  return fitted.effect == h.effect && fitted.target == h.target && h.size() == 1;
-}
+bool is_of(const FittedEffect& fitted, const Hypothesis& h) { return fitted == h && h.size() == 1; }
 
 std::optional<double> coordinate_at(const cell::Cell& cell, const Hypothesis& h, double value) {
   const std::string& parameter = cell::find_effect(h.effect).parameters.front().name;

@@ -65,7 +65,7 @@ NextExperiment next_experiment(const ComparisonData& data, const Model& best, co
   };
   for (const Cause& cause : causes)
     for (const EffectName& tied : cause.tied_with) {
-      add({cause.effect, cause.target});
+      add(cause);
       add(tied);
       const Model* rival = model_with(models, tied);
       if (rival && alternatives.size() < 3) alternatives.emplace_back(*rival);

@@ -203,8 +203,7 @@ void Screen::add_periodic(const ComparisonData& data, const Eigen::VectorXd& lef
     for (const int c : cycles[i]) {
       Candidate candidate = modulated(data, carriers[i], c);
       const auto known = std::any_of(candidates_.begin(), candidates_.end(), [&](const auto& other) {
-        return other->hypothesis.effect == candidate.hypothesis.effect &&
-               other->hypothesis.target == candidate.hypothesis.target &&
+        return other->hypothesis.name() == candidate.hypothesis.name() &&
                other->hypothesis.choice == candidate.hypothesis.choice;
       });
       if (!known) candidates_.push_back(std::make_shared<const Candidate>(std::move(candidate)));

@@ -130,8 +130,7 @@ void blame(const Judged& judged, const ModelPool& models, const std::vector<Grou
       continue;
     }
     Cause cause;
-    cause.effect = name.effect;
-    cause.target = name.target;
+    static_cast<EffectName&>(cause) = name;
     cause.probability = judged.trusts[k] * probability(models.all(), weights, name);
     cause.tied_with = ties(models.all(), weights, judged.model, k);
     cause.parameters = std::move(estimates);

@@ -51,15 +51,13 @@ std::vector<NearestEffect> nearest_effects(const ScreenOutput& screened, const J
     const int added = added_part(judged.model, model);
     if (added < 0) continue;
     const EffectName name = name_of(model.parts[static_cast<std::size_t>(added)]);
-    const auto same = [&](const NearestEffect& e) { return e.effect == name.effect && e.target == name.target; };
-    if (std::ranges::any_of(out, same)) continue;
+    if (std::ranges::find(out, name) != out.end()) continue;
     const ResidualAnalysis rest = analyze_residual(problem, screened.groups, model, screened.base, options);
     // Small errors of the cell are not taken out.
     const Eigen::VectorXd left =
         model.residual.array().isNaN().select(nan, counted_residual(judged.data, model.residual).array());
     NearestEffect& nearest = out.emplace_back(why_not(screened, judged, model, rest, options));
-    nearest.effect = name.effect;
-    nearest.target = name.target;
+    static_cast<EffectName&>(nearest) = name;
     nearest.gap = gap_reduction(judged.data, screened.groups, judged.above, judged.before.shown, left).after;
   }
   std::stable_sort(out.begin(), out.end(),

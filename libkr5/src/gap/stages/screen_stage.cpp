@@ -45,9 +45,7 @@ std::optional<FarStart> far_start(const NoiseOutput& noise, const std::vector<Hy
 void adopt(const Screen& screen, FarStart& start) {
   for (Part& part : start.model.parts)
     for (const auto& candidate : screen.candidates())
-      if (candidate->hypothesis.effect == part.candidate->hypothesis.effect &&
-          candidate->hypothesis.target == part.candidate->hypothesis.target)
-        part.candidate = candidate.get();
+      if (candidate->hypothesis.name() == part.candidate->hypothesis.name()) part.candidate = candidate.get();
 }
 
 std::vector<const Hypothesis*> acting_on_poses(const Screen& screen, const cell::Recording& recording) {
