@@ -228,6 +228,7 @@ void bind_diagnosis(py::module_& m) {
   bind_struct<ColumnReduction>(m, "ColumnReduction", "Gap of a column before and after.");
   bind_struct<GapReduction>(m, "GapReduction", "Gap before and after.");
   bind_struct<ColumnError>(m, "ColumnError", "Known error of a simulator in one column.");
+  bind_struct<ColumnCorrelation>(m, "ColumnCorrelation", "Noise of one column whose neighbouring rows are alike.");
   bind_findings(m);
   bind_struct<Diagnosis>(m, "Diagnosis", "Diagnosis of the disagreement of a simulation and a cell (kr5-gap/2).")
       .def("to_json", &to_json, "JSON text of format kr5-gap/2.")
@@ -243,6 +244,11 @@ void bind_diagnosis(py::module_& m) {
           [](DiagnoseOptions& o, const std::vector<ColumnError>& errors) { o.simulator_errors = errors; },
           "Known errors of the simulator in single columns, beside simulator_floor for all; the greater counts: list "
           "of ColumnError (a copy; assign the whole list).")
+      .def_property(
+          "noise_correlations", [](const DiagnoseOptions& o) { return o.noise_correlations; },
+          [](DiagnoseOptions& o, const std::vector<ColumnCorrelation>& all) { o.noise_correlations = all; },
+          "Columns whose noise is alike in neighbouring rows, so that it is larger than these show: list of "
+          "ColumnCorrelation (a copy; assign the whole list).")
       .def_readwrite("errors_of_recording", &DiagnoseOptions::errors_of_recording,
                      "Whether simulator_errors were estimated from the recording itself: a column that stays off by "
                      "more than twice its noise and a third of what it shows is then unexplained all the same.");

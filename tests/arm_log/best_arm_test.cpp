@@ -70,13 +70,14 @@ TEST_CASE("commanded motions have no errors of a best arm") {
 }
 
 TEST_CASE("the search is as wide as a log needs, unless it was set") {
-  const arm_log::BestArmErrors errors{{{"motion.tau1", 0.5}}, {}, 0.0};
+  const arm_log::BestArmErrors errors{{{"motion.tau1", 0.5}}, {{"motion.tau1", 0.6}}, {}, 0.0};
   const gap::DiagnoseOptions wide = arm_log::widened_search({}, errors, 3);
   CHECK(wide.max_effects == 8);
   CHECK(wide.beam == 1);
   CHECK(wide.refits == 4);
   CHECK(wide.errors_of_recording);
   CHECK(wide.simulator_errors.size() == 1);
+  CHECK(wide.noise_correlations.size() == 1);
   CHECK(arm_log::widened_search({}, errors, 9).max_effects == 16);
   gap::DiagnoseOptions own;
   own.max_effects = 3;

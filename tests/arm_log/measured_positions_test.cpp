@@ -46,6 +46,35 @@ TEST_CASE("smoothing takes most of the noise of positions, and next to nothing o
   CHECK(rms(left.middleRows(edge, inside)) < 1.5 * share * 1e-4);
 }
 
+TEST_CASE("the noise of the speeds is what smoothed positions give, each joint by its own") {
+  const VectorXd t = VectorXd::LinSpaced(30000, 0, 59.998);
+  MatrixXd truth(t.size(), 2);
+  truth << 0.5 * (two_pi * 0.4 * t.array()).sin(), 0.02 * (two_pi * 0.1 * t.array()).sin();
+  MatrixXd q = truth;
+  q.col(0) += 1e-4 * Random(4).normal_vector(t.size());
+  q.col(1) += 3e-3 * Random(5).normal_vector(t.size());
+  const arm_log::Smoothing found = arm_log::choose_smoothing(t, q);
+  const MatrixXd left = arm_log::smooth_positions(t, q, found).q - truth;
+  REQUIRE(found.speed_noise.size() == 2);
+  const Index edge = 2500, inside = t.size() - 2 * edge;
+  const auto speed_of = [](const MatrixXd& x) -> MatrixXd { return (x.bottomRows(29998) - x.topRows(29998)) / 0.004; };
+  for (const Index k : {0, 1}) {
+    const double ringing = 0.01 * rms(speed_of(truth.col(k)));
+    const double of_noise = rms(speed_of(left.col(k)).middleRows(edge, inside));
+    CHECK(found.speed_noise[k] == Approx(std::hypot(of_noise, ringing)).epsilon(0.15));
+  }
+}
+
+TEST_CASE("where a motion ends in its noise, the cut-off is lower; where readings are fine, it is not") {
+  const VectorXd t = VectorXd::LinSpaced(20000, 0, 39.998);
+  const MatrixXd truth = 0.5 * (two_pi * 0.4 * t.array()).sin();
+  const MatrixXd coarse = truth + 1e-3 * Random(4).normal_vector(t.size());
+  const double fine = arm_log::choose_smoothing(t, truth + 1e-9 * Random(4).normal_vector(t.size())).cutoff;
+  const double noisy = arm_log::choose_smoothing(t, coarse).cutoff;
+  CHECK(noisy < 0.7 * fine);
+  CHECK(noisy > 1.2 * 0.4);
+}
+
 TEST_CASE("stamps that came late are replaced by even ones") {
   VectorXd t = VectorXd::LinSpaced(4000, 0, 7.998);
   const MatrixXd q = 0.5 * (two_pi * 0.8 * t.array()).sin();

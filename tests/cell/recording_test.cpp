@@ -225,6 +225,7 @@ TEST_CASE("a lead-in and measured positions are written and read back, and simul
   const double duration = 0.4 * (whole.column("t").tail<1>()[0] - whole.column("t")[0]);
   motion = split_lead_in(motion, duration);
   motion.joint_reference = JointReference::Measured;
+  motion.speed_noise = Eigen::VectorXd::LinSpaced(6, 0.001, 0.006);
   REQUIRE(motion.lead_in.values.rows() > 0);
   REQUIRE(motion.data.values.rows() + motion.lead_in.values.rows() == whole.values.rows());
   save_recording(recording, folder.path);
@@ -233,7 +234,25 @@ TEST_CASE("a lead-in and measured positions are written and read back, and simul
   CHECK(identical(read.data, motion.data));
   CHECK(identical(read.lead_in, motion.lead_in));
   CHECK(read.joint_reference == JointReference::Measured);
+  CHECK(read.speed_noise == motion.speed_noise);
   CHECK(identical(with_lead_in(read).data, whole));
+}
+
+TEST_CASE("the direction of a joint is known beside the noise of its speeds") {
+  cell::Experiment e;
+  const Eigen::VectorXd t = Eigen::VectorXd::LinSpaced(101, 0, 1);
+  e.data.columns = {"t", "qc1", "qc2", "qc3"};
+  e.data.values.resize(t.size(), 4);
+  const Eigen::VectorXd turn = 0.5 * t.array().square();  // speed t
+  const Eigen::VectorXd slow = 1e-3 * t;
+  e.data.values << t, turn, turn, slow;
+  CHECK((cell::known_directions(e, 3) == 1.0).all());
+  e.speed_noise = Eigen::Vector3d(0.25, 0.0, 0.25);
+  const Eigen::ArrayXXd known = cell::known_directions(e, 3);
+  for (Eigen::Index i = 1; i < 100; ++i) CHECK(known(i, 0) == (i < 50 ? 0.0 : 1.0));
+  CHECK((known.col(1) == 1.0).all());  // exact
+  CHECK((known.col(2) == 1.0).all());  // never known, and nothing else tells of it
+  CHECK_THROWS_WITH(cell::known_directions(e, 4), Catch::Contains("speed_noise"));
 }
 
 TEST_CASE("a lead-in that leaves no row is refused with the length of the file") {

@@ -91,6 +91,27 @@ TEST_CASE("spikes count as nothing, what cannot be compared as three sigma") {
   CHECK(gap::sum_of(world.data, expected, cell::Split::Fit).samples == 3.0);
 }
 
+TEST_CASE("loads are not compared where the direction of their joint is not known") {
+  cell::Recording r;
+  r.cell = unit_noise();
+  cell::Experiment e = motion("motion-1", cell::Split::Fit, 84);  // half a period of joint 1
+  add_column(e, "i1", Eigen::VectorXd::Ones(84));
+  add_column(e, "i2", Eigen::VectorXd::Ones(84));
+  e.joint_reference = cell::JointReference::Measured;
+  e.speed_noise = Eigen::VectorXd::Zero(6);
+  e.speed_noise[0] = 0.5;  // rad/s, of a joint that swings at up to pi rad/s
+  r.experiments = {e};
+  const Zeros simulator;
+  gap::ComparisonData data = gap::compare_columns(r, simulator);
+  gap::compare_nominal(data);
+  REQUIRE(data.blocks.size() == 2);
+  const Eigen::ArrayXd known = cell::known_directions(e, 6).col(0);
+  REQUIRE(known.sum() > 40);
+  REQUIRE(known.sum() < 80);
+  CHECK((data.blocks[0].rows_of(Eigen::VectorXd(data.use.matrix())).array() == known).all());
+  CHECK(data.blocks[1].rows_of(Eigen::VectorXd(data.use.matrix())) == Eigen::VectorXd::Ones(84));
+}
+
 TEST_CASE("columns and experiments that cannot be compared are left out with the reason, and all of them is an error") {
   const NoCurrents simulator;
   cell::Recording r;

@@ -359,6 +359,19 @@ TEST_CASE("the bandwidth of a motion is that of the motion, whatever noise its a
   }
 }
 
+TEST_CASE("the noise of speeds is that of low-passed and differenced readings") {
+  // Above the cut-off f nothing is left: variance of the derivative of white noise of one sample a step,
+  // 2 step (2 pi)^2 f^3 / 3, less what the filter takes below f.
+  const double step = 1e-3, cutoff = 20.0;
+  const double sharp = 2 * std::numbers::pi * std::sqrt(2 * step * std::pow(cutoff, 3) / 3);
+  const double found = identification::speed_noise_gain(step, cutoff);
+  CHECK(found > 0.7 * sharp);
+  CHECK(found < 1.2 * sharp);
+  // Differences over two steps alone.
+  CHECK(identification::speed_noise_gain(step, 0.0) == Approx(std::sqrt(0.5) / step).epsilon(0.03));
+  CHECK_THROWS_AS(identification::speed_noise_gain(0.0, 1.0), InvalidArgument);
+}
+
 TEST_CASE("names torques of brakes, and not those of a rest that the motors hold") {
   for (const bool brake : {true, false}) {
     const JointLog sound = sound_log();

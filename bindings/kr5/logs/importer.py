@@ -106,6 +106,8 @@ class Importer:
         )
         if is_measured(experiment):
             out.joint_reference = kr5.cell.JointReference("measured")
+            if is_timed(experiment) and not self.map.resample.low_pass:
+                out.speed_noise = self.smoothings[self.positions_of(experiment)].speed_noise
         out.data = self.table(columns, sources, experiment, where)
         return kr5.cell.split_lead_in(out, experiment.entry.lead_in)
 
@@ -182,6 +184,7 @@ class Importer:
                     keep = self.chosen_rows(len(t), other, self.map.shown)
                     found.append(_smoothing_of(self.all_series(log, t, other, keep), self.where(other)))
             self.smoothings[key] = max(found, key=lambda s: s.cutoff)
+            self.smoothings[key].speed_noise = np.max([s.speed_noise for s in found], axis=0)
         return self.smoothings[key]
 
     def positions_of(self, experiment: Experiment) -> tuple[Path, int | None, str]:

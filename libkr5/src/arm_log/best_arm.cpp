@@ -14,6 +14,7 @@
 #include "joint_columns.hpp"
 #include "load_delay.hpp"
 #include "neighbour_correlation.hpp"
+#include "noise_colour.hpp"
 
 namespace kr5::arm_log {
 
@@ -23,11 +24,12 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double dead_share = 0.1;       // of the spread of the model's loads, below which a column shows nothing
-constexpr double unlike = 0.5;           // correlation, from which a column shows the loads in another unit
-constexpr double no_weight = 100.0;      // times what a column leaves, which then says nothing for any effect
-constexpr double chance_sigmas = 2.0;    // that what a model leaves may seem smaller than it is
-constexpr int most_effects_of_log = 16;  // that are searched for in the log of a real arm
+constexpr double dead_share = 0.1;        // of the spread of the model's loads, below which a column shows nothing
+constexpr double unlike = 0.5;            // correlation, from which a column shows the loads in another unit
+constexpr double no_weight = 100.0;       // times what a column leaves, which then says nothing for any effect
+constexpr double excess_of_chance = 1.3;  // times the power of noise, above which there is more than noise
+constexpr double chance_sigmas = 2.0;     // that what a model leaves may seem smaller than it is
+constexpr int most_effects_of_log = 16;   // that are searched for in the log of a real arm
 
 /// Columns that show hardly anything where the model shows a load, as of a joint whose effort is not measured.
 std::vector<int> dead_columns(const MatrixXd& measured, const MatrixXd& model) {
@@ -63,6 +65,20 @@ VectorXd beyond_noise(const MatrixXd& left, const VectorXd& noise) {
   return (found - power + chance).cwiseMax(chance).cwiseSqrt();
 }
 
+/// What the best arm leaves in the units of the columns.
+MatrixXd left_in_columns(const cell::Cell& cell, const std::string& family, const MatrixXd& left) {
+  if (family != "i") return left;
+  return left * cell.drives->structure.inverse() * cell.drives->torque_constant.cwiseInverse().asDiagonal();
+}
+
+/// Correlation of neighbouring rows of noise; 0 of white noise, and of what is more than noise.
+double noise_correlation(const VectorXd& left, double noise) {
+  const double found = left.squaredNorm() / static_cast<double>(left.size());
+  if (found > excess_of_chance * noise * noise) return 0.0;
+  const double correlation = neighbour_correlation(left);
+  return correlation < 3 / std::sqrt(static_cast<double>(left.size())) ? 0.0 : correlation;
+}
+
 /// The option, or `value` where it stands at its default.
 void widen(int& option, int usual, int value) {
   if (option == usual) option = value;
@@ -91,14 +107,43 @@ BestArmErrors best_arm_errors(const cell::Recording& recording) {
     left.col(k).setConstant(no_weight *
                             std::sqrt((tau - model).col(k).squaredNorm() / static_cast<double>(tau.rows())));
   const std::string family = load_family(fit.front());
-  if (family == "i")
-    left = (left * cell.drives->structure.inverse() * cell.drives->torque_constant.cwiseInverse().asDiagonal()).eval();
+  left = left_in_columns(cell, family, left);
   VectorXd noise(n);
   for (int k = 0; k < n; ++k) noise[k] = cell.noise.of(family == "tau" ? "torque" : "current", k);
   const VectorXd error = beyond_noise(left, noise);
-  for (int k = 0; k < n; ++k)
-    if (noise[k] > 0) out.errors.push_back({"motion." + family + std::to_string(k + 1), error[k]});
+  for (int k = 0; k < n; ++k) {
+    if (!(noise[k] > 0)) continue;
+    const std::string column = "motion." + family + std::to_string(k + 1);
+    out.errors.push_back({column, error[k]});
+    if (const double correlation = noise_correlation(left.col(k), noise[k]); correlation > 0)
+      out.correlations.push_back({column, correlation});
+  }
   return out;
+}
+
+std::vector<LogNote> add_noise_colour(cell::Recording& recording) {
+  cell::Cell& cell = recording.cell;
+  const std::vector<cell::Experiment> fit = fitted_motions(recording);
+  if (fit.empty() || !cell.drives) return {};
+  const int n = cell.robot.joints();
+  const BestArm best = best_arm_with_delay(cell, fit, others({}, n));
+  if (best.left.size() == 0) return {};
+  std::vector<identification::JointMotion> motions;
+  for (const cell::Experiment& e : fit) motions.push_back(motion_of(cell, e, best.delay));
+  const identification::JointMotion motion = merged_motion(motions);
+  const std::string family = load_family(fit.front());
+  const MatrixXd left = left_in_columns(cell, family, best.left);
+  std::vector<double>& noise = family == "i" ? cell.noise.joint_current : cell.noise.joint_torque;
+  LogNote out{.kind = LogNoteKind::ColouredNoise, .name = family};
+  for (int k = 0; k < n && static_cast<int>(noise.size()) == n; ++k) {
+    const NoiseColour colour = noise_colour(motion, left.col(k), k);
+    if (colour.sigma <= noise[static_cast<std::size_t>(k)]) continue;
+    noise[static_cast<std::size_t>(k)] = colour.sigma;
+    out.joints.push_back(k);
+    out.values.push_back(colour.sigma);
+    out.deviations.push_back(colour.correlation);
+  }
+  return out.joints.empty() ? std::vector<LogNote>{} : std::vector<LogNote>{out};
 }
 
 std::vector<LogNote> notes_of(const BestArmErrors& errors, const cell::Recording& recording) {
@@ -118,6 +163,7 @@ gap::DiagnoseOptions widened_search(const gap::DiagnoseOptions& options, const B
   widen(out.beam, usual.beam, 1);
   widen(out.refits, usual.refits, 4);
   out.simulator_errors = errors.errors;
+  out.noise_correlations = errors.correlations;
   out.errors_of_recording = true;
   return out;
 }

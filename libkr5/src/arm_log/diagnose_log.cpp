@@ -11,12 +11,15 @@
 #include <kr5/arm_log/torque_constants.hpp>
 #include <kr5/core/error.hpp>
 
+#include "best_arm_rounds.hpp"
 #include "joint_columns.hpp"
 #include "servo_diagnosis.hpp"
 
 namespace kr5::arm_log {
 
 namespace {
+
+constexpr int most_rounds = 3;  // of a diagnosis, with the errors of the best arm beside the causes of the one before
 
 void append(std::vector<LogNote>& out, const std::vector<LogNote>& more) {
   out.insert(out.end(), more.begin(), more.end());
@@ -41,6 +44,28 @@ std::vector<LogNote> add_torque_constants(cell::Recording& recording) {
   return {{.kind = LogNoteKind::TorqueConstants,
            .values = {found.values.begin(), found.values.end()},
            .deviations = {found.deviations.begin(), found.deviations.end()}}};
+}
+
+constexpr double notable_share = 0.01;  // of the rows of a joint
+
+/// The rows of joints that are not compared since the side of dry friction is not known.
+std::vector<LogNote> direction_notes(const cell::Recording& recording) {
+  const int n = recording.cell.robot.joints();
+  Eigen::ArrayXd known = Eigen::ArrayXd::Zero(n);
+  double rows = 0.0;
+  for (const cell::Experiment& e : recording.experiments) {
+    if (e.speed_noise.size() == 0 || load_family(e).empty()) continue;
+    known += cell::known_directions(e, n).colwise().sum().transpose();
+    rows += static_cast<double>(e.data.values.rows());
+  }
+  if (rows == 0.0) return {};
+  LogNote out{.kind = LogNoteKind::UnknownDirections};
+  for (const double of_joint : known) {
+    const double share = 1 - of_joint / rows;
+    out.values.push_back(share >= notable_share ? share : 0.0);
+  }
+  return std::ranges::any_of(out.values, [](double share) { return share > 0; }) ? std::vector{out}
+                                                                                 : std::vector<LogNote>{};
 }
 
 using ExperimentCheck = std::vector<LogProblem> (*)(const cell::Cell&, const cell::Experiment&);
@@ -71,12 +96,29 @@ gap::Diagnosis diagnose_beside(const cell::Recording& recording, const cell::Sim
   return of_servos ? diagnose_servos(recording, simulator, wide) : gap::diagnose(recording, simulator, wide);
 }
 
+/// The same again where causes that the best arm cannot have, such as a tilt of its base, were its error.
+gap::Diagnosis diagnose_in_rounds(const cell::Recording& recording, const cell::Simulator& simulator,
+                                  const gap::DiagnoseOptions& options, BestArmErrors& errors) {
+  gap::Diagnosis out = diagnose_beside(recording, simulator, options, errors);
+  for (int round = 1; round < most_rounds && !out.causes.empty() && !errors.errors.empty(); ++round) {
+    const BestArmErrors left = best_arm_errors(without_causes(recording, simulator, out.cell));
+    if (!lessens(errors, left)) break;
+    errors.errors = left.errors;
+    errors.correlations = left.correlations;
+    out = diagnose_beside(recording, simulator, options, errors);
+  }
+  return out;
+}
+
 }  // namespace
 
 std::vector<LogNote> complete_model(cell::Recording& recording, const Readings& readings, bool constants_stated) {
   std::vector<LogNote> out;
   if (!constants_stated && lacks_torque_constants(recording.cell)) append(out, add_torque_constants(recording));
   append(out, add_reading_noise(recording, readings));
+  const auto of_joints = [](const LogNote& note) { return note.kind == LogNoteKind::JointNoise; };
+  if (std::ranges::any_of(out, of_joints)) append(out, add_noise_colour(recording));
+  append(out, direction_notes(recording));
   if (moves_by_torque_servos(recording) && !shows_loads(recording)) out.push_back({.kind = LogNoteKind::TorqueScale});
   return out;
 }
@@ -98,7 +140,8 @@ gap::Diagnosis diagnose(const cell::Recording& recording, const cell::Simulator&
                         const gap::DiagnoseOptions& options) {
   options.validate();
   const bool known = !options.simulator_errors.empty();
-  return diagnose_beside(recording, simulator, options, known ? BestArmErrors{} : best_arm_errors(recording));
+  BestArmErrors errors = known ? BestArmErrors{} : best_arm_errors(recording);
+  return diagnose_in_rounds(recording, simulator, options, errors);
 }
 
 LogDiagnosis diagnose_log(const ArmLog& log, const cell::Cell& model, const LogDiagnosisOptions& options,
@@ -110,7 +153,7 @@ LogDiagnosis diagnose_log(const ArmLog& log, const cell::Cell& model, const LogD
   out.notes = prepared.notes;
   out.problems = prepared.problems;
   append(out.notes, notes_of(out.best_arm, prepared.recording));
-  out.diagnosis = diagnose_beside(prepared.recording, simulator, options.search, out.best_arm);
+  out.diagnosis = diagnose_in_rounds(prepared.recording, simulator, options.search, out.best_arm);
   out.recording = std::move(prepared.recording);
   return out;
 }

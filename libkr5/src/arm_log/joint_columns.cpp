@@ -54,6 +54,7 @@ JointMotion motion_of(const cell::Cell& cell, const cell::Experiment& experiment
   }
   const auto rows = static_cast<Index>(shown.size());
   JointMotion out{t(shown), MatrixXd(rows, n), MatrixXd(rows, n), MatrixXd(rows, n), tau(shown, Eigen::all), {}};
+  out.speed_noise = experiment.speed_noise;
   for (int k = 0; k < n; ++k) {
     const physics::SplinePieces spline = physics::cubic_spline(t, q.col(k));
     for (Index i = 0; i < rows; ++i) {
@@ -79,6 +80,9 @@ JointMotion merged_motion(const std::vector<JointMotion>& motions) {
     out.qd.middleRows(at, count) = m.qd;
     out.qdd.middleRows(at, count) = m.qdd;
     out.tau.middleRows(at, count) = m.tau;
+    out.speed_noise = out.speed_noise.size() == 0 ? m.speed_noise
+                      : m.speed_noise.size() == 0 ? out.speed_noise
+                                                  : VectorXd(out.speed_noise.cwiseMax(m.speed_noise));
     at += count;
   }
   return out;

@@ -39,12 +39,24 @@ identification::DynamicsModel model_to_fit(const cell::Cell& cell) {
   return out;
 }
 
+/// What a prediction leaves, 0 where the side of dry friction is not known; of the RMS of the other rows.
+MatrixXd left_where_known(const identification::JointMotion& motion, const MatrixXd& predicted) {
+  MatrixXd out = motion.tau - predicted;
+  if (motion.speed_noise.size() == 0) return out;
+  for (Index k = 0; k < out.cols(); ++k) {
+    const Eigen::ArrayXd known = known_signs(motion.qd.col(k).array(), motion.speed_noise[k]);
+    out.col(k).array() *= known * std::sqrt(static_cast<double>(known.size()) / std::max(known.sum(), 1.0));
+  }
+  return out;
+}
+
 /// What the best arm leaves of torques that were logged late.
 class DelayedFit {
  public:
   DelayedFit(const cell::Cell& cell, const std::vector<cell::Experiment>& motions)
       : cell_(cell), motions_(motions), model_(model_to_fit(cell)) {
     options_.held_out = 0.0;
+    choose_friction();
   }
 
   /// Empty where the motions determine no arm.
@@ -53,10 +65,20 @@ class DelayedFit {
     for (const cell::Experiment& e : motions_) parts.push_back(motion_of(cell_, e, delay));
     const identification::JointMotion motion = merged_motion(parts);
     const auto found = identification::identify_dynamics(motion, model_, options_);
-    return found.fit.usable() ? MatrixXd(motion.tau - found.predicted) : MatrixXd();
+    return found.fit.usable() ? left_where_known(motion, found.predicted) : MatrixXd();
   }
 
  private:
+  /// Friction terms beyond dry and viscous friction that the motions show, for all delays alike.
+  void choose_friction() {
+    std::vector<identification::JointMotion> parts;
+    for (const cell::Experiment& e : motions_) parts.push_back(motion_of(cell_, e));
+    identification::DynamicsOptions choosing = options_;
+    choosing.choose_terms = true;
+    const auto found = identification::identify_dynamics(merged_motion(parts), model_, choosing);
+    if (found.fit.usable()) model_.terms = found.model.terms;
+  }
+
   const cell::Cell& cell_;
   const std::vector<cell::Experiment>& motions_;
   identification::DynamicsModel model_;

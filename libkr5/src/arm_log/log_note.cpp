@@ -55,6 +55,28 @@ std::string joint_noise_text(const LogNote& note, const cell::Cell& cell) {
   return "noise of " + columns + ", from neighbouring rows" + with_units(values, units);
 }
 
+std::string colour_text(const LogNote& note, const cell::Cell& cell) {
+  std::vector<std::string> values, units, columns, correlations;
+  for (std::size_t k = 0; k < note.joints.size(); ++k) {
+    columns.push_back(note.name + std::to_string(note.joints[k] + 1));
+    values.push_back(digits(note.values[k], 2));
+    units.push_back(note.name == "i" ? "A" : load_unit(cell, note.joints[k]));
+    correlations.push_back(digits(note.deviations[k], 2));
+  }
+  return "the noise of " + joined(columns) + " is alike in neighbouring rows (correlation " + joined(correlations) +
+         "), so that it is larger than these show" + with_units(values, units);
+}
+
+std::string directions_text(const LogNote& note, const cell::Cell& cell) {
+  std::vector<std::string> shares;
+  for (std::size_t k = 0; k < note.values.size(); ++k)
+    if (note.values[k] > 0)
+      shares.push_back(joint_name(cell, static_cast<int>(k)) + " in " + digits(100 * note.values[k], 2) + " %");
+  return "at rest and about reversals the side of dry friction is not known; the load of a joint is not compared in "
+         "these rows (" +
+         joined(shares) + ")";
+}
+
 std::string unmeasured_text(const LogNote& note, const cell::Cell& cell) {
   std::vector<std::string> names;
   for (const int joint : note.joints) names.push_back(joint_name(cell, joint));
@@ -77,6 +99,8 @@ std::string text(const LogNote& note, const cell::Cell& cell) {
       return "noise of the joint torques follows from that of the currents";
     case LogNoteKind::JointNoise:
       return joint_noise_text(note, cell);
+    case LogNoteKind::ColouredNoise:
+      return colour_text(note, cell);
     case LogNoteKind::ChannelNoise:
       return "noise." + note.name + ", from neighbouring rows: " + digits(note.value, 2);
     case LogNoteKind::UnmeasuredLoads:
@@ -99,6 +123,8 @@ std::string text(const LogNote& note, const cell::Cell& cell) {
       return "up to " + digits(note.value, 6) + " s to fit, the rest to check";
     case LogNoteKind::Stretches:
       return "the log is long: " + digits(note.value, 3) + " stretches, spread over it, are compared";
+    case LogNoteKind::UnknownDirections:
+      return directions_text(note, cell);
     case LogNoteKind::TorqueScale:
       return "no efforts were logged, so that torques have the scale of the masses of the model: stiffness, damping, "
              "friction and rotor inertia are wrong by the same factor as these, and only their ratios are measured; a "

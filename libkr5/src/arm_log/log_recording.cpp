@@ -102,7 +102,9 @@ class MeasuredMotions {
       const Smoothing found =
           choose_smoothing(log.t.segment(rows.first, rows.size()), log.q.middleRows(rows.first, rows.size()),
                            log.loads.middleRows(rows.first, rows.size()));
+      const VectorXd before = smoothing_.speed_noise;
       if (found.cutoff > smoothing_.cutoff) smoothing_ = found;  // all parts of a log are smoothed alike
+      if (before.size() > 0) smoothing_.speed_noise = before.cwiseMax(found.speed_noise);
     }
   }
 
@@ -127,6 +129,7 @@ class MeasuredMotions {
       readings[log_.family + std::to_string(k + 1)].push_back(loads(needed, Eigen::all).col(k));
     cell::Experiment out = motion_experiment(span, number);
     out.joint_reference = cell::JointReference::Measured;
+    out.speed_noise = smoothing_.speed_noise;
     const VectorXd at = t(kept);
     out.data = motion_table(at, {{"qc", positions_at(smooth, at)}, {log_.family, loads(kept, Eigen::all)}}, joints_);
     return out;

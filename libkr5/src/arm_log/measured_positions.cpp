@@ -25,6 +25,7 @@ constexpr double rows_per_period = 20;   // of the cut-off that are kept
 constexpr Index fewest_positions = 30;   // rows
 constexpr double most_even_rows = 5e6;
 constexpr double slowest_cutoff = 1e-3;  // [Hz]
+constexpr double stop_ringing = 0.01;    // of the RMS speed: what a low-pass rings about stops
 
 /// Values at even steps from the first time to the last, linear between rows.
 Positions at_even_steps(const VectorXd& t, const MatrixXd& q, double step) {
@@ -75,9 +76,18 @@ Smoothing choose_smoothing(const VectorXd& t, const MatrixXd& q, const MatrixXd&
   Smoothing out;
   const double span = t[t.size() - 1] - t[0];
   if (found.usable() && found.even_clock) out.even_step = span / static_cast<double>(t.size() - 1);
-  out.cutoff = found.usable() ? found.cutoff : 5 * identification::motion_bandwidth(at_even_steps(t, q, step).q, step);
+  const Positions even = at_even_steps(t, q, step);
+  const double usual = found.usable() ? found.cutoff : 5 * identification::motion_bandwidth(even.q, step);
+  VectorXd noise(q.cols());
+  for (Index j = 0; j < q.cols(); ++j) noise[j] = reading_noise(q.col(j));
+  out.cutoff = std::min(usual, identification::motion_cutoff(even.q, step, noise));
   out.smooths = out.cutoff > 0 && out.cutoff < highest_cutoff / step;
-  out.stride = std::max(1, static_cast<int>(1 / (rows_per_period * std::max(out.cutoff, slowest_cutoff) * step)));
+  out.stride = std::max(1, static_cast<int>(1 / (rows_per_period * std::max(usual, slowest_cutoff) * step)));
+  const double gain = identification::speed_noise_gain(step, out.smooths ? out.cutoff : 0.0);
+  const MatrixXd speed = identification::central_differences(
+      out.smooths ? identification::zero_phase_low_pass(even.q, step, out.cutoff) : even.q, step);
+  const VectorXd ringing = stop_ringing * speed.cwiseAbs2().colwise().mean().cwiseSqrt().transpose();
+  out.speed_noise = ((gain * noise).array().square() + ringing.array().square()).sqrt();
   return out;
 }
 

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <set>
 #include <system_error>
@@ -34,9 +33,13 @@ struct IndexEntry {
   Split split = Split::Fit;
   std::optional<JointReference> joint_reference;
   std::optional<double> lead_in;  ///< [s]
+  std::optional<Eigen::VectorXd> speed_noise;
 
   Experiment experiment() const {
-    return {name, kind, file, split, {}, joint_reference.value_or(JointReference::Commanded), {}};
+    return {name, kind,
+            file, split,
+            {},   joint_reference.value_or(JointReference::Commanded),
+            {},   speed_noise.value_or(Eigen::VectorXd())};
   }
 
   static constexpr auto required = Experiment::required;
@@ -48,6 +51,8 @@ struct IndexEntry {
     visit("joint_reference", self.joint_reference, "Values in qc; absent: commanded.");
     visit("lead_in", self.lead_in,
           "Time at the beginning that is simulated and not compared, because the motion does not begin at rest [s].");
+    visit("speed_noise", self.speed_noise,
+          "Standard deviation of the speeds that measured positions give, a joint each; absent: exact [rad/s or m/s].");
   }
 };
 
@@ -88,6 +93,9 @@ void check_index(const RecordingFile& index, const Node& root, const std::string
              "every file once; rows used to fit must not be used to check", "'" + e.file + "' a second time");
     c.expect(stays_inside(e.file), field + ".file", "a file in the folder of the recording");
     c.expect(e.lead_in.value_or(0.0) >= 0, field + ".lead_in", "a time, not negative [s]");
+    const Eigen::VectorXd noise = e.speed_noise.value_or(Eigen::VectorXd());
+    c.expect(noise.allFinite() && (noise.array() >= 0).all(), field + ".speed_noise",
+             "a standard deviation a joint, not negative [rad/s or m/s]");
   }
   for (Diagnostic& p : c.take()) diagnostics.push_back(std::move(p));
 }
@@ -145,15 +153,6 @@ void read_experiments(ReadRecording& out, const std::vector<double>& lead_in, st
   }
 }
 
-/// Noise of readings; of coarse numbers, that of their step.
-double reading_noise(const Eigen::VectorXd& q) {
-  double step = std::numeric_limits<double>::infinity();
-  for (Eigen::Index i = 1; i < q.size(); ++i)
-    if (q[i] != q[i - 1]) step = std::min(step, std::abs(q[i] - q[i - 1]));
-  const double coarse = std::isfinite(step) ? step / std::sqrt(12.0) : 0.0;
-  return std::max(difference_noise(q), coarse);
-}
-
 InitialSpeed speed_of_parabola(const Eigen::VectorXd& t, const Eigen::VectorXd& q) {
   const double length = t[t.size() - 1] - t[0];
   if (!(length > 0)) return {};
@@ -199,7 +198,7 @@ InitialSpeed initial_speed(const Eigen::VectorXd& t, const Eigen::VectorXd& q) {
   constexpr double part = 0.1, sure = 2.5e-3;  // [s]; standard deviation [rad/s or m/s]
   constexpr Eigen::Index fewest = 4, usual = 8;
   if (t.size() < fewest) return {};
-  const double noise = reading_noise(q);
+  const double noise = kr5::reading_noise(q);
   // As few rows as the noise allows: a servo soon follows a command that jumps, from rest.
   InitialSpeed out = speed_of_parabola(t.head(fewest), q.head(fewest));
   for (Eigen::Index rows = fewest + 1; rows <= t.size() && out.noise_gain * noise > sure; ++rows) {
@@ -286,9 +285,10 @@ void save_recording(const Recording& recording, const std::filesystem::path& fol
   RecordingFile index{recording_format, recording.cell_file, {}};
   save_cell(recording.cell, folder / recording.cell_file);
   for (const Experiment& e : recording.experiments) {
-    IndexEntry& entry = index.experiments.emplace_back(IndexEntry{e.name, e.kind, e.file, e.split, {}, {}});
+    IndexEntry& entry = index.experiments.emplace_back(IndexEntry{e.name, e.kind, e.file, e.split, {}, {}, {}});
     if (e.joint_reference != JointReference::Commanded) entry.joint_reference = e.joint_reference;
     if (e.lead_in.values.rows() > 0) entry.lead_in = lead_in_duration(e);
+    if (e.speed_noise.size() > 0) entry.speed_noise = e.speed_noise;
     io::save_csv(with_lead_in(e).data, folder / e.file);
   }
   Node root = io::to_node(index);

@@ -140,6 +140,25 @@ bool has_column_of(const io::Table& predicted, const Block& block) {
   return block.orientation ? has_orientation(predicted) : predicted.find(block.column) >= 0;
 }
 
+void mark_unknown_directions(ComparisonData& data) {
+  const int joints = data.recording->cell.robot.joints();
+  const Eigen::MatrixXd structure =
+      data.recording->cell.drives ? data.recording->cell.drives->structure : Eigen::MatrixXd::Identity(joints, joints);
+  for (std::size_t e = 0; e < data.blocks_of.size(); ++e) {
+    const cell::Experiment& experiment = data.recording->experiments[e];
+    if (experiment.speed_noise.size() == 0 || experiment.kind != cell::Kind::Motion) continue;
+    const Eigen::ArrayXXd known = cell::known_directions(experiment, joints);
+    for (const int b : data.blocks_of[e]) {
+      const Block& block = data.blocks[b];
+      const int joint = cell::find_column(block.kind, block.column).joint;
+      if (joint < 0 || joint >= joints || block.noise == "position") continue;
+      for (int k = 0; k < joints; ++k)
+        if (structure(joint, k) != 0.0 || structure(k, joint) != 0.0)
+          data.use.segment(block.first, block.rows) *= known.col(k);
+    }
+  }
+}
+
 Eigen::VectorXd compare_nominal(ComparisonData& data) {
   std::vector<std::optional<io::Table>> tables(data.blocks_of.size());
   std::vector<bool> kept(data.blocks.size(), false);
@@ -161,6 +180,7 @@ Eigen::VectorXd compare_nominal(ComparisonData& data) {
   for (std::size_t e = 0; e < tables.size(); ++e)
     if (!data.blocks_of[e].empty())
       write_residuals(data, static_cast<int>(e), compare(data, static_cast<int>(e), *tables[e]), out);
+  mark_unknown_directions(data);
   return out;
 }
 

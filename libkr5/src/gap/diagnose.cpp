@@ -28,6 +28,9 @@ void DiagnoseOptions::validate() const {
             "simulator_errors: " + own.column + " must be finite and not negative");
     require(named.insert(own.column).second, "simulator_errors: " + own.column + " is stated twice");
   }
+  for (const ColumnCorrelation& own : noise_correlations)
+    require(own.correlation >= 0 && own.correlation < 1,
+            "noise_correlations: " + own.column + " must lie between 0 and 1, without 1");
 }
 
 Diagnosis diagnose(const cell::Recording& recording, const cell::Simulator& simulator, const DiagnoseOptions& asked) {

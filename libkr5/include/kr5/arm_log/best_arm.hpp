@@ -12,12 +12,14 @@ namespace kr5::arm_log {
 /// How far the best rigid arm with friction stays off the loads of a recording, which no effect of the catalogue need
 /// explain.
 struct BestArmErrors {
-  std::vector<gap::ColumnError> errors;  ///< RMS in each load column, noise apart.
-  std::vector<int> unmeasured;           ///< Joints (from 0) whose loads show nothing of what the model shows.
-  double delay = 0.0;                    ///< By which the loads were clearly logged late; negative: early [s].
+  std::vector<gap::ColumnError> errors;                   ///< RMS in each load column, noise apart.
+  std::vector<gap::ColumnCorrelation> correlations = {};  ///< Of columns whose noise is alike in neighbouring rows.
+  std::vector<int> unmeasured;  ///< Joints (from 0) whose loads show nothing of what the model shows.
+  double delay = 0.0;           ///< By which the loads were clearly logged late; negative: early [s].
 
   static void each_field(auto& self, auto&& visit) {
     visit("errors", self.errors, "RMS error in each load column, noise apart.");
+    visit("correlations", self.correlations, "Correlations of columns whose noise is alike in neighbouring rows.");
     visit("unmeasured", self.unmeasured, "Joints, from 0, whose loads show nothing of what the model shows.");
     visit("delay", self.delay, "Delay by which the loads were clearly logged late; negative: early [s].");
   }
@@ -30,6 +32,11 @@ struct BestArmErrors {
 /// where they stand out of it. Empty unless motions are on measured positions, and the cell has drives.
 /// @throws InvalidArgument as the fast simulator for a motion that it cannot predict.
 BestArmErrors best_arm_errors(const cell::Recording& recording);
+
+/// Puts the standard deviation of coloured noise in the place of that which neighbouring rows show, in the columns of
+/// the loads whose noise the cell states joint by joint: where what the best arm leaves is alike in neighbouring rows
+/// and is not predicted by any function of the motion. A note of what was found.
+std::vector<LogNote> add_noise_colour(cell::Recording& recording);
 
 /// What a person should know of it.
 std::vector<LogNote> notes_of(const BestArmErrors& errors, const cell::Recording& recording);

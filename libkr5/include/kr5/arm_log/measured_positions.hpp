@@ -18,17 +18,24 @@ inline constexpr double smoothing_margin = 5.0;
 
 /// How measured positions are smoothed and thinned.
 struct Smoothing {
-  double cutoff = 0.0;     ///< Five times the bandwidth of the motion [Hz].
+  double cutoff = 0.0;     ///< Five times the bandwidth of the motion, or where it ends in the noise [Hz].
   double even_step = 0.0;  ///< Where the stamps came late and the samples were even; 0: the stamps hold [s].
   int stride = 1;          ///< Rows of the log of which the motion needs one.
   bool smooths = false;    ///< Whether the log is fast enough to have anything above the cut-off.
+  Eigen::VectorXd speed_noise =
+      {};  ///< Standard deviation of the speeds that the smoothed positions give [rad/s or m/s].
 
   static void each_field(auto& self, auto&& visit) {
-    visit("cutoff", self.cutoff, "Half-power frequency: five times the bandwidth of the motion [Hz].");
+    visit("cutoff", self.cutoff,
+          "Half-power frequency: five times the bandwidth of the motion, or where it ends in the noise [Hz].");
     visit("even_step", self.even_step,
           "Step of the samples where the time stamps came late; 0: samples were taken when the stamps say [s].");
     visit("stride", self.stride, "Rows of the log of which the motion needs one.");
     visit("smooths", self.smooths, "Whether the log is fast enough to have anything above the cut-off.");
+    visit("speed_noise", self.speed_noise,
+          "Standard deviation of the speeds that the smoothed positions give, a joint each: of the noise of readings, "
+          "and "
+          "of the low-pass, which rings about stops by a hundredth of the RMS speed [rad/s or m/s].");
   }
 };
 

@@ -211,6 +211,7 @@ struct Effect {
   double inaccuracy = 0.0;
   bool one_at_a_time = false;
   bool proven_by_poses = false;
+  bool in_every_arm = false;
   /// Laws of an effect that was registered: what it changes in the cell that is simulated, and in the predicted columns
   /// (a row for each row of the experiment). Called from any thread. Those of the library stand in kr5/physics.
   std::function<void(Cell&, const ActiveEffect&)> change_cell = {};
@@ -236,6 +237,9 @@ struct Effect {
         "proven_by_poses", self.proven_by_poses,
         "Whether it changes lengths or angles of links, which every taught pose proves: a less probable cause where a "
         "recording shows loads alone.");
+    visit("in_every_arm", self.in_every_arm,
+          "Whether every arm has it, so that a cell that states 0 for all joints has left it out: a more probable "
+          "cause.");
   }
 };
 

@@ -42,6 +42,9 @@ struct Experiment {
   /// Rows before `data`, of the same columns: simulated, so that the simulation enters `data` in motion, and not
   /// compared. May be empty. In a file they stand before the others, and `lead_in` tells how long they last [s].
   io::Table lead_in;
+  /// Standard deviation of the speed that the measured positions in qc give each joint; empty: their speeds are exact
+  /// [rad/s or m/s].
+  Eigen::VectorXd speed_noise = {};
 
   static constexpr std::array<std::string_view, 4> required = {"name", "kind", "file", "split"};
   static void each_field(auto& self, auto&& visit) {
@@ -51,8 +54,17 @@ struct Experiment {
     visit("split", self.split, "Use of the data: fit (estimation) | check (validation only).");
     visit("joint_reference", self.joint_reference,
           "Values in qc: commanded (setpoints of the servos) | measured (smoothed readings, which the motors follow).");
+    visit("speed_noise", self.speed_noise,
+          "Standard deviation of the speed that the measured positions in qc give each joint; empty: exact [rad/s or "
+          "m/s].");
   }
 };
+
+/// Whether the direction in which each joint moves is known, rows x joints: 1 where the speed that the positions qc of
+/// a motion give is two of its standard deviations or more, 0 elsewhere. 1 in all rows of a joint of which it is known
+/// in less than a tenth, since nothing else tells of it, and where no noise of the speeds is stated.
+/// @throws InvalidArgument for an experiment without t or qc of every joint, or noise of another number of joints.
+Eigen::ArrayXXd known_directions(const Experiment& experiment, int joints);
 
 /// The experiment with its lead-in as part of the data.
 Experiment with_lead_in(const Experiment& experiment);

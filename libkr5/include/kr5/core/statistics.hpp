@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -42,6 +43,23 @@ inline double difference_noise(const Eigen::Ref<const Eigen::VectorXd>& x) {
   std::vector<double> third;
   for (Eigen::Index i = 3; i < x.size(); ++i) third.push_back(std::abs(x[i] - 3 * x[i - 1] + 3 * x[i - 2] - x[i - 3]));
   return mad_to_sigma * median(std::move(third)) / std::sqrt(20.0);  // 1 + 9 + 9 + 1, of independent values
+}
+
+/// Standard deviation of the noise of readings in the order of time; of coarse numbers at least that of their step.
+inline double reading_noise(const Eigen::Ref<const Eigen::VectorXd>& x) {
+  double step = std::numeric_limits<double>::infinity();
+  for (Eigen::Index i = 1; i < x.size(); ++i)
+    if (x[i] != x[i - 1]) step = std::min(step, std::abs(x[i] - x[i - 1]));
+  const double coarse = std::isfinite(step) ? step / std::sqrt(12.0) : 0.0;
+  return std::max(difference_noise(x), coarse);
+}
+
+/// Where the signs of values are known beside their noise: 1 at two standard deviations or more, 0 below. All 1 where
+/// fewer than a tenth are known, since nothing else tells of them, and for exact values (`noise` 0).
+inline Eigen::ArrayXd known_signs(const Eigen::Ref<const Eigen::ArrayXd>& values, double noise) {
+  constexpr double sure = 2.0, least = 0.1;
+  const Eigen::ArrayXd known = (values.abs() >= sure * noise).cast<double>();
+  return known.sum() >= least * static_cast<double>(known.size()) ? known : Eigen::ArrayXd::Ones(values.size());
 }
 
 }  // namespace kr5

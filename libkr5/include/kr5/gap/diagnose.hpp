@@ -29,6 +29,9 @@ struct DiagnoseOptions {
   /// them, and a column that stays off by more than twice its noise, and by more than twice `simulator_accuracy` of
   /// what it shows, is unexplained all the same.
   bool errors_of_recording = false;
+  /// Columns whose noise is alike in neighbouring rows: it is larger than these show, and says less than independent
+  /// values would.
+  std::vector<ColumnCorrelation> noise_correlations;
   /// Effects fitted beside each other (joint_fit.hpp), of one number each. Where slopes at the cell of the recording do
   /// not lead to them, the search begins with them: less what does not pay, and with what they do not explain.
   std::vector<FittedEffect> start;

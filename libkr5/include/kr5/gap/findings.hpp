@@ -109,6 +109,21 @@ struct ColumnError {
   }
 };
 
+/// Variance of a mean of many values of noise over that of as many independent ones, whose neighbours have a
+/// correlation: (1 + r) / (1 - r) [-].
+inline double colour_factor(double correlation) { return (1 + correlation) / (1 - correlation); }
+
+/// Noise of one column whose neighbouring rows are alike.
+struct ColumnCorrelation {
+  std::string column;        ///< `motion.tau3`
+  double correlation = 0.0;  ///< Of neighbouring rows, from 0 to below 1 [-].
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("column", self.column, "Kind of experiment and column, e.g. motion.tau3.");
+    visit("correlation", self.correlation, "Correlation of the noise of neighbouring rows [-].");
+  }
+};
+
 enum class ScopeReason {
   FewRows,    ///< An experiment of so few rows shows neither a gap nor its absence.
   AtRest,     ///< A motion in which nothing is commanded to move.

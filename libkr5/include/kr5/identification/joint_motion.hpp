@@ -18,6 +18,7 @@ struct JointMotion {
   Eigen::MatrixXd tau;               ///< Torques of the drives, on the joint side [N m or N].
   std::vector<int> run_starts;       ///< First sample of each uninterrupted run, 0 first; empty: one run.
   Eigen::MatrixXd temperature = {};  ///< Of the joints; empty: not measured [deg C].
+  Eigen::VectorXd speed_noise = {};  ///< Standard deviation of the speeds of each joint; empty: exact [rad/s or m/s].
 
   Eigen::Index samples() const { return t.size(); }
   int joints() const { return static_cast<int>(q.cols()); }
@@ -35,6 +36,9 @@ struct JointMotion {
     visit("run_starts", self.run_starts, "First sample of each uninterrupted run, 0 first; empty: one run.");
     visit("temperature", self.temperature,
           "Temperatures of the joints, samples x joints; empty: not measured [deg C].");
+    visit("speed_noise", self.speed_noise,
+          "Standard deviation of the speeds of each joint, from which a direction of motion is known; empty: exact "
+          "[rad/s or m/s].");
   }
 };
 

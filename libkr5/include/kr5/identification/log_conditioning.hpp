@@ -118,6 +118,16 @@ struct ConditionedMotion {
 /// @param q Samples x joints at even steps; @param step [s].
 double motion_bandwidth(const Eigen::Ref<const Eigen::MatrixXd>& q, double step);
 
+/// Half-power frequency of the low-pass by which positions lose their noise and not the motion: five times its
+/// bandwidth, or the frequency above which no joint moves by more than its noise, where that is lower [Hz].
+/// @param q Samples x joints at even steps; @param step [s]; @param noise Standard deviation of the readings of each
+/// joint [rad or m].
+double motion_cutoff(const Eigen::Ref<const Eigen::MatrixXd>& q, double step, const Eigen::VectorXd& noise);
+
+/// Standard deviation of the speeds that readings of unit noise give, low-passed (zero_phase_low_pass) and differenced
+/// [1/s]. @param step Of the readings [s]; @param cutoff [Hz]; 0: not low-passed.
+double speed_noise_gain(double step, double cutoff, int filter_order = 4);
+
 /// The faults of a log, errors first; empty for a sound one.
 /// @throws InvalidArgument for sizes that differ or invalid options.
 std::vector<LogFinding> check_log(const JointLog& log, const ConditioningOptions& options = {});

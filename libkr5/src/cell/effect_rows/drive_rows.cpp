@@ -25,6 +25,7 @@ std::vector<Effect> drive_rows() {
                          return at.cell.drives->friction.coulomb(at.index);
                        },
                        .size = [](const Site& at) { return typical::part * typical::friction(at); }}},
+       .in_every_arm = true,
        .needs = has_links},
       {.id = "viscous_friction",
        .target = Joint,
@@ -41,6 +42,7 @@ std::vector<Effect> drive_rows() {
                          return at.cell.drives->friction.viscous(at.index);
                        },
                        .size = [](const Site& at) { return typical::part * typical::viscous(at); }}},
+       .in_every_arm = true,
        .needs = has_links},
       {.id = "stribeck_friction",
        .target = Joint,
@@ -201,6 +203,7 @@ std::vector<Effect> drive_rows() {
                        .description = "motor side",
                        .nominal = [](const Site& at) { return at.cell.drives->rotor_inertia(at.index); },
                        .size = typical::rotor_inertia}},
+       .in_every_arm = true,
        .needs = has_drives},
       {.id = "cable_spring",
        .target = Joint,

@@ -29,13 +29,15 @@ Eigen::VectorXd edges(const cell::Experiment& e, const Eigen::VectorXd& r) {
   return out;
 }
 
-/// |second differences| over sqrt(6): the size of one sample's noise, whatever is smooth.
-std::vector<double> second_differences(const Eigen::VectorXd& r, const Eigen::VectorXd& run) {
+/// |second differences| over those of unit noise: the size of one sample's noise, whatever is smooth.
+/// @param correlation Of the noise of neighbouring samples.
+std::vector<double> second_differences(const Eigen::VectorXd& r, const Eigen::VectorXd& run, double correlation = 0.0) {
+  const double unit = std::sqrt(6 - 8 * correlation + 2 * correlation * correlation);
   std::vector<double> out;
   for (Eigen::Index i = 1; i + 1 < r.size(); ++i) {
     if (run(i - 1) != run(i) || run(i + 1) != run(i)) continue;
     const double d = r(i - 1) - 2 * r(i) + r(i + 1);
-    if (!std::isnan(d)) out.push_back(std::abs(d) / std::sqrt(6.0));
+    if (!std::isnan(d)) out.push_back(std::abs(d) / unit);
   }
   return out;
 }
@@ -188,7 +190,7 @@ std::vector<NoiseScale> noise_scales(const ComparisonData& data, const Eigen::Ve
     std::vector<double> d;
     if (coarse_positions(data, block)) continue;  // what neighbours show is less than the rounding
     if (in_order(block.kind))
-      d = second_differences(block.rows_of(residual), runs(data.experiment(block)));
+      d = second_differences(block.rows_of(residual), runs(data.experiment(block)), block.correlation);
     else if (block.kind == cell::Kind::Views)
       d = corner_differences(data.experiment(block), block.rows_of(residual));
     if (d.size() >= telling && mad_to_sigma * median(d) < min_noise) {

@@ -7,7 +7,7 @@
 
 #include "gap/fitting/start.hpp"
 #include "gap/recording_scope.hpp"
-#include "gap/screening/geometry_prior.hpp"
+#include "gap/screening/effect_prior.hpp"
 #include "gap/screening/pose_noise.hpp"
 #include "gap/screening/recording_faults.hpp"
 #include "gap/stages/stage_progress.hpp"
@@ -19,6 +19,7 @@ namespace {
 std::vector<Hypothesis> all_hypotheses(const cell::Recording& recording, const DiagnoseOptions& options) {
   std::vector<Hypothesis> out = hypotheses(recording.cell, span_of(recording));
   if (only_loads(recording)) apply_geometry_prior(out);
+  apply_omission_prior(recording.cell, out);
   out.insert(out.end(), options.own_hypotheses.begin(), options.own_hypotheses.end());
   std::vector<Hypothesis> faults = recording_faults(recording);
   out.insert(out.end(), std::make_move_iterator(faults.begin()), std::make_move_iterator(faults.end()));

@@ -26,6 +26,7 @@ JointMotion without_part(const JointMotion& motion, Index first, Index count) {
                   without_rows(motion.qd, first, count),  without_rows(motion.qdd, first, count),
                   without_rows(motion.tau, first, count), {0}};
   out.temperature = without_rows(motion.temperature, first, count);
+  out.speed_noise = motion.speed_noise;
   for (const int start : motion.run_starts)
     if (start > 0 && start < first) out.run_starts.push_back(start);
   if (first > 0 && first < out.samples()) out.run_starts.push_back(static_cast<int>(first));

@@ -471,18 +471,23 @@ double root_mean_square(const Eigen::Ref<const VectorXd>& values) {
 }
 
 Eigen::ArrayXd moving_samples(const JointMotion& motion, const MatrixXd& structure, double min_speed, int joint) {
-  const auto moving = [&](const VectorXd& speed) -> Eigen::ArrayXd {
-    return (speed.array().abs() >= min_speed * root_mean_square(speed)).cast<double>();
+  const VectorXd noise =
+      motion.speed_noise.size() > 0 ? motion.speed_noise : VectorXd(VectorXd::Zero(motion.qd.cols()));
+  const auto moving = [&](const VectorXd& speed, double speed_noise) -> Eigen::ArrayXd {
+    const Eigen::ArrayXd fast = (speed.array().abs() >= min_speed * root_mean_square(speed)).cast<double>();
+    return fast * known_signs(speed.array(), speed_noise);
   };
-  Eigen::ArrayXd out = moving(motion.qd.col(joint));
+  Eigen::ArrayXd out = moving(motion.qd.col(joint), noise[joint]);
   for (Index motor = 0; motor < structure.rows(); ++motor)
-    if (is_shared(structure, motor) && structure(motor, joint) != 0.0)
-      out *= moving(motion.qd * structure.row(motor).transpose());
+    if (is_shared(structure, motor) && structure(motor, joint) != 0.0) {
+      const VectorXd share = structure.row(motor).transpose();
+      out *= moving(motion.qd * share, share.cwiseProduct(noise).norm());
+    }
   return out;
 }
 
 void leave_out_rest(const JointMotion& motion, const MatrixXd& structure, double min_speed, JointRows& rows) {
-  if (min_speed == 0.0) return;
+  if (min_speed == 0.0 && motion.speed_noise.size() == 0) return;
   rows.used.resize(rows.joints());
   for (int i = 0; i < rows.joints(); ++i) {
     const Eigen::ArrayXd keep = moving_samples(motion, structure, min_speed, i);
@@ -503,6 +508,7 @@ JointMotion part_of(const JointMotion& motion, Index first, Index count) {
                   motion.qd.middleRows(first, count),  motion.qdd.middleRows(first, count),
                   motion.tau.middleRows(first, count), {}};
   if (motion.temperature.size() > 0) out.temperature = motion.temperature.middleRows(first, count);
+  out.speed_noise = motion.speed_noise;
   if (motion.run_starts.empty()) return out;
   out.run_starts.push_back(0);
   for (const int start : motion.run_starts)

@@ -28,10 +28,11 @@ struct JointRows {
 };
 
 /// Leaves out the rows of a joint in which it, or a motor that it turns together with others, is slower than a part of
-/// its RMS speed: about rest and reversal the side of dry friction is that of the noise, and at rest friction is any
-/// force up to its level.
+/// its RMS speed, or than twice the noise of its speed: about rest and reversal the side of dry friction is that of the
+/// noise, and at rest friction is any force up to its level. The noise leaves out no joint whose direction is known in
+/// less than a tenth of the rows.
 /// @param structure Of the drives; empty: each joint has its own.
-/// @param min_speed Part of the RMS speed [-]; 0 leaves nothing out.
+/// @param min_speed Part of the RMS speed [-]; 0: the noise alone decides.
 void leave_out_rest(const JointMotion& motion, const Eigen::MatrixXd& structure, double min_speed, JointRows& rows);
 /// 1 for the samples that such a limit keeps for a joint, 0 for the others.
 Eigen::ArrayXd moving_samples(const JointMotion& motion, const Eigen::MatrixXd& structure, double min_speed, int joint);

@@ -23,6 +23,8 @@ constexpr Index shortest_run = 15;          // rows
 constexpr double min_cutoff = 1.0;          // [Hz]
 constexpr double arm_bandwidth = 25.0;      // above which an arm's speed has only noise [Hz]
 constexpr double power_share = 0.99;        // of the speeds, below the bandwidth
+constexpr double band_ratio = 1.25;         // of the frequencies of a band in which motion and noise are compared
+constexpr double moves_by = 2.0;            // times the power of the noise, from which a band holds motion
 constexpr double samples_per_period = 4.0;  // of the cut-off that decimation leaves
 
 std::string trimmed(const std::string& text) {
@@ -45,6 +47,12 @@ MatrixXd stacked(const std::vector<MatrixXd>& parts) {
     out.middleRows(at, p.rows()) = p;
     at += p.rows();
   }
+  return out;
+}
+
+VectorXd noise_of_positions(const MatrixXd& q) {
+  VectorXd out(q.cols());
+  for (Index j = 0; j < q.cols(); ++j) out[j] = kr5::reading_noise(q.col(j));
   return out;
 }
 
@@ -168,6 +176,35 @@ double motion_bandwidth(const Eigen::Ref<const MatrixXd>& q, double step) {
   return high;
 }
 
+double motion_cutoff(const Eigen::Ref<const MatrixXd>& q, double step, const VectorXd& noise) {
+  require(noise.size() == q.cols(),
+          "noise: expected one a joint, " + std::to_string(q.cols()) + ", found " + std::to_string(noise.size()));
+  const double bandwidth = motion_bandwidth(q, step);
+  double out = std::min(5 * bandwidth, 0.4 / step);
+  MatrixXd seen(q.rows(), q.cols() + 1);
+  seen << q, Random(1).normal_vector(q.rows());  // the last column shows what unit noise has in each band
+  MatrixXd above = zero_phase_low_pass(seen, step, out);
+  while (out > 1.5 * bandwidth) {
+    const double next = std::max(out / band_ratio, 1.5 * bandwidth);
+    const MatrixXd below = zero_phase_low_pass(seen, step, next);
+    const VectorXd power = (above - below).colwise().squaredNorm().transpose();
+    const VectorXd of_noise = power[q.cols()] * noise.cwiseAbs2();
+    if ((power.head(q.cols()).array() > moves_by * of_noise.array()).any()) break;
+    out = next;
+    above = below;
+  }
+  return out;
+}
+
+double speed_noise_gain(double step, double cutoff, int filter_order) {
+  require(step > 0 && cutoff >= 0, "step must be positive [s], cutoff not negative [Hz]");
+  constexpr Index rows = 20'000;
+  MatrixXd noise = Random(1).normal_vector(rows);
+  if (cutoff > 0) noise = zero_phase_low_pass(noise, step, cutoff, filter_order);
+  const MatrixXd speed = central_differences(noise, step);
+  return speed.norm() / std::sqrt(static_cast<double>(rows));
+}
+
 std::vector<LogFinding> check_log(const JointLog& log, const ConditioningOptions& options) {
   log.validate();
   options.validate();
@@ -199,9 +236,10 @@ ConditionedMotion condition_log(const JointLog& log, const ConditioningOptions& 
   }
   const RowRange& longest = *std::max_element(runs.begin(), runs.end(),
                                               [](const RowRange& a, const RowRange& b) { return a.size() < b.size(); });
+  const VectorXd noise = noise_of_positions(data.log.q);
   out.cutoff = options.cutoff > 0
                    ? options.cutoff
-                   : std::clamp(5 * motion_bandwidth(data.log.q.middleRows(longest.first, longest.size()), data.step),
+                   : std::clamp(motion_cutoff(data.log.q.middleRows(longest.first, longest.size()), data.step, noise),
                                 std::min(min_cutoff, 0.4 / data.step), 0.4 / data.step);
   require(out.cutoff < 0.5 / data.step, "cutoff: found " + short_number(out.cutoff) + " Hz, expected less than " +
                                             short_number(0.5 / data.step) + " Hz, half the rate of the log");
@@ -216,6 +254,8 @@ ConditionedMotion condition_log(const JointLog& log, const ConditioningOptions& 
     return out;
   }
   collect(rows, out);
+  if (options.speeds == SpeedSource::Positions)
+    out.motion.speed_noise = noise * speed_noise_gain(data.step, out.cutoff, options.filter_order);
   out.message = std::to_string(out.motion.samples()) + " rows in " + std::to_string(rows.t.size()) +
                 " runs, low-passed at " + short_number(out.cutoff) + " Hz";
   return out;
