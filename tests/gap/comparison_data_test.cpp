@@ -5,6 +5,7 @@
 
 #include <catch2/catch.hpp>
 
+#include <kr5/cell/known_directions.hpp>
 #include <kr5/core/error.hpp>
 
 #include "gap/linear_world.hpp"

@@ -81,6 +81,27 @@ TEST_CASE("an effect that leaves much of its column is distrusted, and not blame
   CHECK(out.verdict == gap::Verdict::Unknown);
 }
 
+TEST_CASE("effects that make up for each other, and fit what judges worse than nothing does, are not blamed") {
+  // Beyond 50 s both are large and cancel but for a fiftieth of a wave, which was not recorded.
+  const auto one = [](double t) { return t < 50 ? wave(t) : 0.6; };
+  const auto other = [](double t) { return t < 50 ? 0.2 * std::cos(5.0 * t) : -0.58; };
+  Random random(153);
+  cell::Recording r;
+  r.cell = unit_noise();
+  r.experiments = {motion("motion-1", cell::Split::Fit, 500), motion("motion-2", cell::Split::Check, 400, 100.0)};
+  for (cell::Experiment& e : r.experiments) {
+    const bool fit = e.split == cell::Split::Fit;
+    add_column(
+        e, "i1",
+        random.normal_vector(e.data.values.rows()) + (fit ? 20.0 : 0.0) * (at_times(e, one) + at_times(e, other)));
+  }
+  gap::DiagnoseOptions with = options();
+  with.own_hypotheses = {adding("one", "i1", one), adding("other", "i1", other)};
+  const Stages s(r, with);
+  REQUIRE(s.searched().models.kept.front().parts.size() == 2);
+  CHECK(s.judged().causes.empty());
+}
+
 TEST_CASE("samples that deviate from the best model alone are marked late, in a copy of the data") {
   cell::Recording r = Recorded{.of_wave = 8.0}.recording();
   r.experiments[0].data.values(50, r.experiments[0].data.find("i1")) += 30.0;

@@ -9,6 +9,7 @@
 #include <kr5/arm_log/model_parts.hpp>
 #include <kr5/arm_log/servo_fit.hpp>
 #include <kr5/arm_log/torque_constants.hpp>
+#include <kr5/cell/known_directions.hpp>
 #include <kr5/core/error.hpp>
 
 #include "best_arm_rounds.hpp"

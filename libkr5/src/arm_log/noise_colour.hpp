@@ -18,8 +18,8 @@ struct NoiseColour {
 /// Whether what a freely fitted arm leaves of the load of a joint is coloured noise: alike in neighbouring rows, of a
 /// short memory, and nothing of it predicted on other rows by position, direction, speed, acceleration, load or time.
 /// What such functions predict is an error of the arm, not noise.
-/// @param left In the rows of the motion; 0 where the direction of the joint is not known, the others weighted so that the
-/// mean square of all is that of those that are known. @param joint From 0.
+/// @param left In the rows of the motion; 0 where the direction of the joint is not known, the others weighted so that
+/// the mean square of all is that of those that are known. @param joint From 0.
 NoiseColour noise_colour(const identification::JointMotion& motion, const Eigen::Ref<const Eigen::VectorXd>& left,
                          int joint);
 

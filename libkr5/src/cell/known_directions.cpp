@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/cell/known_directions.hpp>
+
 #include <algorithm>
 #include <string>
 
-#include <kr5/cell/recording.hpp>
 #include <kr5/core/error.hpp>
 #include <kr5/core/statistics.hpp>
 

@@ -10,6 +10,7 @@
 
 #include <Eigen/Geometry>
 
+#include <kr5/cell/known_directions.hpp>
 #include <kr5/core/error.hpp>
 #include <kr5/gap/notes.hpp>
 

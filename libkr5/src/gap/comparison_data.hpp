@@ -30,8 +30,8 @@ struct Block {
   Eigen::Index first = 0;
   Eigen::Index rows = 0;
   bool orientation = false;  ///< One of rx ry rz.
-  /// Sigma over the noise of the sensor alone: above 1 where what the simulator is known to be off counts beside it, and
-  /// where neighbouring rows say about the same.
+  /// Sigma over the noise of the sensor alone: above 1 where what the simulator is known to be off counts beside it,
+  /// and where neighbouring rows say about the same.
   double inflation = 1.0;
   double correlation = 0.0;  ///< Of the noise of neighbouring rows.
 

@@ -60,12 +60,6 @@ struct Experiment {
   }
 };
 
-/// Whether the direction in which each joint moves is known, rows x joints: 1 where the speed that the positions qc of
-/// a motion give is two of its standard deviations or more, 0 elsewhere. 1 in all rows of a joint of which it is known
-/// in less than a tenth, since nothing else tells of it, and where no noise of the speeds is stated.
-/// @throws InvalidArgument for an experiment without t or qc of every joint, or noise of another number of joints.
-Eigen::ArrayXXd known_directions(const Experiment& experiment, int joints);
-
 /// The experiment with its lead-in as part of the data.
 Experiment with_lead_in(const Experiment& experiment);
 /// The experiment with the rows of its first `duration` seconds as lead-in; none for 0.

@@ -36,11 +36,13 @@ class Judge {
       : models_(models), problem_(models.problem()), data_(problem_.data), groups_(groups), options_(options) {}
 
   /// The best model less what is unfounded, part by part: the others must explain without it, too, so that what only
-  /// made up for its errors is seen.
+  /// made up for its errors is seen. None of it, where it fits what judges worse than the nominal cell.
   Judged founded() {
     Judged out = analysed(free_shape_is_likelier(models_.best()) ? models_.nominal() : models_.best());
     for (int worst = unfounded(out); worst >= 0; worst = unfounded(out))
       out = analysed(models_.without(out.model, static_cast<std::size_t>(worst)));
+    if (!out.model.parts.empty() && judging_gap(out.rest) > judging_gap(analysis(models_.nominal())))
+      return analysed(models_.nominal());
     return out;
   }
 
@@ -49,6 +51,13 @@ class Judge {
   }
 
  private:
+  /// RMS of all that judges, over the noise.
+  double judging_gap(const ResidualAnalysis& rest) const {
+    std::vector<int> blocks;
+    for (const Group& group : groups_) blocks.insert(blocks.end(), group.judged.begin(), group.judged.end());
+    return gap_of(data_, blocks, rest.shown).rms;
+  }
+
   Judged analysed(const Model& model) const {
     Judged out{model, analysis(model), std::vector<double>(model.parts.size(), 1.0)};
     if (out.rest.any_structure())
