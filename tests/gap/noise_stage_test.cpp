@@ -53,6 +53,28 @@ TEST_CASE("noise that is seen takes the place of the declared one, and spikes ar
   CHECK(before.data.blocks[0].sigma == 1.0);  // the input stays
 }
 
+TEST_CASE("noise that is alike in neighbouring rows keeps its size, and says less") {
+  constexpr double correlation = 0.8;
+  cell::Recording r = Recorded{}.recording();
+  for (cell::Experiment& e : r.experiments) {
+    auto i2 = e.data.values.col(e.data.find("i2"));
+    for (Eigen::Index i = 1; i < i2.size(); ++i)
+      i2[i] = correlation * i2[i - 1] + std::sqrt(1 - correlation * correlation) * i2[i];
+  }
+  gap::DiagnoseOptions options;
+  options.noise_correlations = {{"motion.i2", correlation}};
+  const gap::NoiseOutput after = gap::noise_stage(compared(r), options);
+  CHECK(after.corrected.empty());
+  CHECK(after.excused.empty());
+  for (const gap::Block& block : after.data.blocks)
+    CHECK(block.inflation == Approx(block.column == "i2" ? 3.0 : 1.0));  // (1 + 0.8) / (1 - 0.8) = 9
+  options.noise_correlations = {{"motion.i9", correlation}};
+  CHECK_THROWS_WITH(gap::noise_stage(compared(r), options),
+                    Catch::Contains("noise_correlations") && Catch::Contains("motion.i9"));
+  options.noise_correlations = {{"motion.i2", 1.0}};
+  CHECK_THROWS_WITH(options.validate(), Catch::Contains("motion.i2"));
+}
+
 TEST_CASE("a known error counts as noise beside that of the sensor, in its column alone") {
   const cell::Recording r = Recorded{}.recording();
   const gap::CompareOutput before = compared(r);

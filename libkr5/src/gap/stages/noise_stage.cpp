@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "gap/stages/noise_stage.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 #include <string>
@@ -11,6 +12,9 @@
 
 namespace kr5::gap {
 namespace {
+
+/// Part of the noise of a column, from which an error is worth a word: less is what chance makes of it.
+constexpr double notable_error = 0.5;
 
 /// @param field Whose entries name a column.
 template <class Entries>
@@ -45,7 +49,11 @@ void add_known_errors(NoiseOutput& out, const DiagnoseOptions& options) {
     block.sigma = sigma;
   }
   for (const ColumnError& own : options.simulator_errors)
-    if (own.error > 0.0) out.excused.push_back(own);
+    if (std::ranges::any_of(out.data.blocks, [&](const Block& block) {
+          return column_name(block.kind, block.column) == own.column &&
+                 own.error >= notable_error * block.sigma / block.inflation;
+        }))
+      out.excused.push_back(own);
 }
 
 int mark_all_spikes(NoiseOutput& out) {
