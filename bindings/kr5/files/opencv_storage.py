@@ -1,5 +1,6 @@
 """OpenCV's FileStorage in its three forms: YAML, XML and JSON."""
 
+import math
 import re
 import xml.etree.ElementTree as xml
 from pathlib import Path
@@ -68,7 +69,11 @@ def _matrix_field(key: str, words: list[str], name: str, file: Path | str) -> An
         numbers = [float(word) for word in words]
     except ValueError:
         raise kr5.FileError(file, f"holds something that is no number in {key}", field=name) from None
-    return numbers if key == "data" else int(numbers[0]) if numbers else 0
+    if key == "data":
+        return numbers
+    if not all(math.isfinite(number) for number in numbers):
+        raise kr5.FileError(file, f"found {' '.join(words)[:40]} in {key}, expected a whole number", field=name)
+    return int(numbers[0]) if numbers else 0
 
 
 def _scalar(text: str) -> Any:
