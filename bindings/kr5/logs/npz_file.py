@@ -81,14 +81,15 @@ def _load_arrays(file: Path) -> dict[str, np.ndarray]:
             if member.file_size > MAX_ARRAY_BYTES:
                 raise ValueError(f"{member.filename} is larger than {MAX_ARRAY_BYTES >> 20} MiB")
             data = archive.read(member)
-            values = np.lib.format.read_array(io.BytesIO(_checked(data, member.filename)), allow_pickle=False)
+            values = parse_npy(data, member.filename)
             if values.ndim and len(values) and values.dtype.kind in "fiub":
                 out[member.filename.removesuffix(".npy")] = values
     return out
 
 
-def _checked(data: bytes, name: str) -> bytes:
-    """The bytes of an array, unless its header tells of more than they are."""
+def parse_npy(data: bytes, name: str) -> np.ndarray:
+    """The array of an NPY file, without pickles, unless its header tells of more than there is. Damaged bytes raise
+    exceptions of any kind."""
     stream = io.BytesIO(data)
     read_header = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
     version = np.lib.format.read_magic(stream)
@@ -97,4 +98,5 @@ def _checked(data: bytes, name: str) -> bytes:
     shape, _, dtype = read_header[version](stream)
     if math.prod(shape) * dtype.itemsize > len(data):
         raise ValueError(f"{name} tells of {shape} values, more than it holds")
-    return data
+    stream.seek(0)
+    return np.asarray(np.lib.format.read_array(stream, allow_pickle=False))

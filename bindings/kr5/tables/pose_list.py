@@ -8,6 +8,7 @@ import numpy as np
 import kr5
 from kr5 import calibration
 from kr5.logs.log_file import TABLE_ENDINGS
+from kr5.logs.npz_file import parse_npy
 from kr5.tables.pose_columns import format_of_rows, rotation_form
 from kr5.tables.read_table import read_table
 from kr5.tables.roles import OPTIONAL_TIME, PoseRole, Units
@@ -85,13 +86,21 @@ def _matrices(file: Path) -> np.ndarray | None:
 
 def _matrices_of_array(file: Path) -> np.ndarray | None:
     try:
-        array = np.load(file, allow_pickle=False)
-    except (OSError, ValueError) as error:
-        raise kr5.FileError(file, f"is no array of NumPy that is read without pickles ({error})") from error
+        array = parse_npy(file.read_bytes(), file.name)
+    except Exception as error:  # what the parser of headers raises at damaged bytes is no closed list
+        why = str(error).split("\n")[0][:200] or type(error).__name__
+        raise kr5.FileError(
+            file, f"cannot be read as NPY: {why}; expected an array of numbers saved with numpy.save"
+        ) from error
+    shape = array.shape
     if array.ndim == 3 and array.shape[1:] in ((3, 4), (4, 4)):
-        array = array.reshape(len(array), -1)
-    if array.ndim != 2 or array.shape[1] not in (12, 16) or array.dtype.kind not in "fiu":
-        raise kr5.FileError(file, f"found an array of shape {array.shape}, expected N x 4 x 4, a matrix a pose")
+        array = array.reshape(len(array), shape[1] * shape[2])
+    if array.dtype.kind not in "fiu":
+        raise kr5.FileError(file, f"found an array of {array.dtype}, expected numbers")
+    if array.ndim != 2 or array.shape[1] not in (12, 16) or not len(array):
+        raise kr5.FileError(
+            file, f"found an array of shape {shape}, expected N x 4 x 4, a matrix a pose, and at least one pose"
+        )
     last = np.tile([0.0, 0.0, 0.0, 1.0], (len(array), 1))
     return np.asarray(array if array.shape[1] == 16 else np.hstack([array, last]), float)
 
