@@ -385,7 +385,7 @@ def test_few_trials_of_a_place_are_no_reassurance():
 
     bound = 100 * 0.05 ** (1 / 6)  # of six successes
     assert (
-        f"6 trials of a place cannot show whether the rate is below 95 %: if all succeed, it is at least {bound:.0f} %"
+        f"6 trials of a place cannot show that the rate is 95 % or more: if all succeed, it is at least {bound:.0f} %"
         in (texts(6, 80))
     )
     assert "cannot show" in texts(58, 80) and "cannot show" not in texts(59, 80)

@@ -118,6 +118,19 @@ def test_trials_without_an_end_are_refused(folder):
         sweep_file.read_trials(folder / "trials.csv", GRID)
 
 
+def test_a_folder_in_the_place_of_the_trials_is_refused(folder):
+    (folder / "trials.csv").unlink()
+    (folder / "trials.csv").mkdir()
+    assert "trials.csv: cannot be written: Is a directory; choose another folder (-o)" in refusal(folder)
+    with pytest.raises(kr5.FileError, match="trials.csv: cannot be read: Is a directory; expected the trials"):
+        sweep_file.read_trials(folder / "trials.csv", GRID)
+
+
+def test_a_file_in_the_place_of_the_folder_is_refused(folder):
+    assert "sweep.json: cannot be written: File exists; choose another folder" in refusal(folder / "sweep.json")
+    assert "cannot be written: Not a directory" in refusal(folder / "sweep.json" / "deeper")
+
+
 @pytest.mark.parametrize("damage", [b"\xff\xfe", b"\x00", b'"' + b"x" * 200_000 + b'"'])
 def test_bytes_that_are_no_table_are_refused(folder, damage):
     file = folder / "trials.csv"

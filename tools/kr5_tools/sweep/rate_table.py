@@ -124,7 +124,7 @@ def _nothing_below(places: list[dict[str, Any]], test: str) -> str:
     shown = success_rate(fewest, fewest)["least"]
     if shown < WANTED:
         return (
-            f"{fewest} trials of a place cannot show whether the rate is below {100 * WANTED:g} %: if all succeed, it"
+            f"{fewest} trials of a place cannot show that the rate is {100 * WANTED:g} % or more: if all succeed, it"
             f" is at least {100 * shown:.0f} % (exact one-sided bound, 95 %)."
         )
     return f"Nowhere does the first attempt succeed significantly less often than in {100 * WANTED:g} % {test}."

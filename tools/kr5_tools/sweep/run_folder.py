@@ -31,9 +31,16 @@ class RunFolder(ABC):
 
     def __init__(self, path: Path, kind: Kind, described: Mapping[str, object]):
         self.path, self.kind, self.note = path, kind, ""
-        self._check_folder()
-        path.mkdir(parents=True, exist_ok=True)
-        self.file = open(path / kind.data, "a+b")  # noqa: SIM115, it is open as long as the run
+        try:
+            self._check_folder()
+            path.mkdir(parents=True, exist_ok=True)
+            self.file = open(path / kind.data, "a+b")  # noqa: SIM115, it is open as long as the run
+        except kr5.Error:
+            raise
+        except OSError as error:
+            raise kr5.FileError(
+                error.filename or path, f"cannot be written: {error.strerror}", remedy="choose another folder (-o)"
+            ) from error
         try:
             self._lock()  # before anything is changed, and before another run's description is read
             if (path / kind.description).exists():

@@ -45,7 +45,12 @@ def cell_text(cell: kr5.cell.Cell) -> str:
 def read_trials(file: Path, grid: Grid) -> list[Trial]:
     """The finished trials of a sweep, in the order of their keys; the folder is left as it is."""
     check_readable(file, "the trials of the sweep beside its sweep.json")
-    data = file.read_bytes()
+    try:
+        data = file.read_bytes()
+    except OSError as error:
+        raise kr5.FileError(
+            file, f"cannot be read: {error.strerror}; expected the trials of the sweep beside its sweep.json"
+        ) from error
     whole = data.rfind(b"\n") + 1
     trials = parse_trials(data[:whole], file, grid) if whole else {}
     if not trials:
