@@ -118,14 +118,16 @@ def test_logs_that_tell_no_gravity_are_refused(run_kr5, tmp_path, believed):
         "degrees.csv", "\n".join(degrees) + "\n", "--angle-unit", "rad"
     )
     swapped = [lines[0], *lines[1:10], lines[20], *lines[10:]]
-    assert "t: expected at least three increasing times" in refused("order.csv", "\n".join(swapped) + "\n")
+    assert "t: expected increasing times" in refused("order.csv", "\n".join(swapped) + "\n")
     stuck = [line.split(",") for line in lines]
     for row in stuck[200:320]:
         row[8] = stuck[200][8]
     assert "tau2: does not change although the arm moves from 39.8" in refused(
         "stuck.csv", "\n".join(",".join(row) for row in stuck) + "\n"
     )
-    assert refused("short.csv", "\n".join(lines[:2]) + "\n")
+    assert "short.csv: found 1 row, expected at least three" in refused("short.csv", "\n".join(lines[:2]) + "\n")
+    timeless = [line.split(",", 1)[1] for line in lines[:3]]
+    assert "postures.csv: found 2 rows, expected at least three" in refused("postures.csv", "\n".join(timeless) + "\n")
     assert refused("empty.csv", "")
     assert refused("nan.csv", text.replace(lines[5].split(",")[9], "nan"))
 

@@ -44,6 +44,7 @@ def test_every_command_that_takes_a_robot_has_the_tip_that_it_asks_for(words, ru
     done = run_kr5(*words)
     assert done.returncode == 2 and "branches to left, right; name the link that is the tip (--tip)" in done.stderr
     told = run_kr5(*words, "--tip", "left_hand")
+    assert told.returncode in (0, 2) and "Traceback" not in told.stderr, told.stderr
     assert "branches" not in told.stderr and "No such option" not in told.stderr, told.stderr
 
 
@@ -236,6 +237,20 @@ def test_postures_at_rest_are_told_where_a_motion_is_needed(command, words, run_
     said = " ".join(done.stderr.split())
     assert done.returncode == 2
     assert "its rows are postures at rest" in said and "kr5 identify gravity ROBOT LOG" in said and "3.842" not in said
+
+
+@pytest.mark.parametrize("rows", [1, 2])
+@pytest.mark.parametrize("clock", ["t", ""])
+def test_a_log_of_one_or_two_rows_is_not_of_postures(rows, clock, run_kr5, tmp_path):
+    (tmp_path / "arm.urdf").write_text(two_joints())
+    lines = ["q1,q2,tau1,tau2", "0.1,0.2,1,1", "0.9,-0.8,2,2"][: rows + 1]
+    if clock:
+        lines = [f"{'t' if k == 0 else k / 100},{line}" for k, line in enumerate(lines)]
+    (tmp_path / "log.csv").write_text("\n".join(lines) + "\n")
+    done = run_kr5("gap", "measure", "log.csv", "--model", "arm.urdf")
+    said = " ".join(done.stderr.split())
+    assert done.returncode == 2 and f"log.csv: found {rows} row" in said, said
+    assert "expected a motion of at least three" in said and "postures" not in said and "nan" not in said, said
 
 
 # Tables

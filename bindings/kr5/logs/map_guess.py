@@ -256,16 +256,20 @@ def _motion_columns(
     column = first.columns[0]
     guessed = guess_clock(log, column, _cycle(cell), given.clock)
     name = "q" if "q" in columns else "qc"
-    _refuse_postures(log, joint_values(columns[name], name, log, cell), timed=guessed is not None)
+    _require_motion(log, joint_values(columns[name], name, log, cell), timed=guessed is not None)
     clock = require_clock(guessed, column, log, given.words)
     out.because(where, "clock", clock.proposal, clock.reason)
     return columns, clock
 
 
-def _refuse_postures(log: Log, positions: np.ndarray, timed: bool) -> None:
+def _require_motion(log: Log, positions: np.ndarray, timed: bool) -> None:
     """Complains of rows that are no samples of a motion. positions: samples x joints [rad or m]."""
+    if (rows := len(positions)) < 3:
+        raise kr5.FileError(
+            log.file, f"found {rows} {'row' if rows == 1 else 'rows'}, expected a motion of at least three"
+        )
     known = positions[np.isfinite(positions).all(axis=1)]
-    if not identification.are_postures(known, timed):
+    if len(known) < 3 or not identification.are_postures(known, timed):
         return
     jump = float(np.median(np.abs(np.diff(known, axis=0)).max(axis=1)))
     raise kr5.FileError(

@@ -77,8 +77,8 @@ def gravity(
     json_file: JsonOption = None,
 ) -> None:
     """Gravity model of an arm from slow motions: mass moments with uncertainty, friction separated by the two
-    directions of motion, error on held-out data; and, where the cell has motors, current limits above what the logged
-    postures need.
+    directions of motion, error on held-out data; and, where the cell has motors, current limits above what the postures
+    of a logged motion need. Postures at rest, which do not tell friction, give no current limits.
 
     Exit code: 0 when there is a model, 2 when the motion determines none or the input is invalid.
     """
@@ -127,12 +127,14 @@ def gravity_log(log: Path, believed: kr5.cell.Cell, wanted: TableOptions) -> tup
     become torques by the motors of the cell."""
     joints = believed.nominal_chain().joints
     table = wanted.read(log, [OPTIONAL_TIME, joints_role(joints), SPEEDS, TORQUES, CURRENTS], len(joints))
+    if (rows := len(table["q"])) < 3:
+        fail(f"{log}: found {rows} {'row' if rows == 1 else 'rows'}, expected at least three")
     at_rest = identification.are_postures(table["q"], timed="t" in table)
     if "t" not in table and not at_rest:
         raise table.lacks("t", "time of the samples; only postures at rest, far apart from row to row, need none")
     t = table["t"] if "t" in table else np.arange(len(table["q"]), dtype=float)
-    if len(t) < 3 or not (np.diff(t) > 0).all():
-        fail(f"{log}: t: expected at least three increasing times [s]")
+    if not (np.diff(t) > 0).all():
+        fail(f"{log}: t: expected increasing times [s]")
     if "tau" in table:
         tau = table["tau"]
     elif "i" in table:
