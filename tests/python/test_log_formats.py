@@ -493,6 +493,12 @@ def test_reference_and_feedback_of_a_controller_are_commands_and_positions(contr
     assert_holds(found.recording.experiments, motions[0])
 
 
+def test_a_link_beside_a_bag_to_what_is_gone_does_not_matter(control, motions, model, tmp_path):
+    bag = control_bag(tmp_path / "bag", control, motions[0])
+    (bag / "latest").symlink_to("gone")
+    assert_holds(read_logs(bag, model).recording.experiments, motions[0])
+
+
 def test_the_parts_of_a_split_bag_in_one_folder_are_one_log(control, motions, model, tmp_path):
     half = len(motions[0].t) // 2
     parts = [

@@ -42,7 +42,8 @@ def read_bag(path: Path) -> Log:
     except ImportError:
         raise kr5.FileError(path, f"to read a ROS bag, the package rosbags is needed: {INSTALL}") from None
     for file in path.iterdir() if path.is_dir() else ():
-        check_readable(file, "a file of a ROS bag")
+        if file.exists():  # beside the bag may be links to what is gone
+            check_readable(file, "a file of a ROS bag")
     table, kinds = MessageTable(path), dict[str, str]()
     try:
         with (
