@@ -277,6 +277,14 @@ FOLDER_IS_INPUT = [
     (("recording", "import", "bag", "--map", "map.yaml", "-o", "new", "--json"), "bag/bag.db3"),
     (("recording", "guess", "bag", "--cell", "monday/cell.yaml", "-o"), "bag/bag.db3"),
     (("sensitivity", "model.py:f", "--inputs", "inputs.yaml", "--json"), "model.py"),
+    (("gap", "explain", "inputs.yaml", "--recording", "monday", "--json"), "monday/motion-1.csv"),
+    (("report", "inputs.yaml", "--recording", "monday", "-o"), "monday/recording.yaml"),
+    (("calibrate", "cell", "demo", "-o"), "demo/poses.csv"),
+    (("calibrate", "cell", "demo", "--json"), "demo/camera.yaml"),
+    (("calibrate", "cell", "demo", "--dataset", "monday/dataset.yaml", "-o"), "monday/dataset.yaml"),
+    (("calibrate", "cell", "demo", "--scan", "scan", "-o"), "scan/profiles.csv"),
+    (("calibrate", "cell", "demo", "--camera", "monday/camera.yaml", "-o"), "monday/camera.yaml"),
+    (("repeatability", "demo", "-o"), "demo/images/view_01.png"),
 ]
 
 
@@ -287,6 +295,9 @@ def test_no_command_writes_over_a_file_of_the_folder_that_it_reads(kr5_here, sha
     shutil.copytree(share / "data/friction", tmp_path / "monday")
     shutil.copytree(share / "data/friction", tmp_path / "days/monday")
     shutil.copytree(share / "data/touches", tmp_path / "touches")
+    shutil.copytree(share / "data/demo", tmp_path / "demo")
+    for name in ("dataset.yaml", "camera.yaml"):
+        shutil.copy(share / "data/demo" / name, tmp_path / "monday")
     for name in ("scan/profiles.csv", "bag/metadata.yaml", "bag/bag.db3", "map.yaml", "inputs.yaml", "model.py"):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text("kept")
@@ -312,6 +323,18 @@ def test_a_result_in_the_folder_that_was_read_may_be_written_again(kr5_here, sha
         (tmp_path / "bag" / name).write_text(text)
         assert is_read(tmp_path / "bag" / name, tmp_path / "bag") == read
     assert not is_read(tmp_path / "bag/new.yaml", tmp_path / "bag")
+
+
+@pytest.mark.parametrize("text", ["", ".", "..", "/", "./", "../..", "x" * 300, "y/" * 3000, "nul\\0"])
+def test_texts_of_a_recording_that_name_no_file_hold_none(text, tmp_path):
+    folder = tmp_path / "monday"
+    folder.mkdir()
+    (tmp_path / "beside.csv").write_text("t")
+    for name in ("own.csv", "motion.csv"):
+        (folder / name).write_text("t")
+    (folder / "recording.yaml").write_text(f'note: "{text}"\nfile: motion.csv\n')
+    assert is_read(folder / "motion.csv", folder) and is_read(folder / "recording.yaml", folder)
+    assert not is_read(folder / "own.csv", folder) and not is_read(tmp_path / "beside.csv", folder)
 
 
 def test_names_with_brackets_are_shown_as_they_are(kr5_here, cell_file, tmp_path):

@@ -39,8 +39,15 @@ def _named_files(folder: Path) -> list[Path] | None:
         names = list(_texts(read_yaml(index)))
     except kr5.Error:
         return None
-    named = [folder / name for name in names]
-    return [index, *named, *(file for place in named if place.is_dir() for file in place.rglob("*"))]
+    named = [folder / name for name in names if name.strip("./")]  # "/", "." and "" hold far more than the recording
+    return [index, *named, *(file for place in named if _is_folder(place) for file in place.rglob("*"))]
+
+
+def _is_folder(place: Path) -> bool:
+    try:
+        return place.is_dir()
+    except OSError:  # texts that are no names, such as notes longer than a name may be
+        return False
 
 
 def _texts(value: Any) -> Iterator[str]:

@@ -102,7 +102,7 @@ def calibrate_cell(
     options.hold = hold or []
     options.validate()
     data = read_dataset(folder, dataset)
-    read = [f for f in (*data.images, dataset, arm, cell_file) if f]
+    read = [*data.images, folder, dataset, camera, target, arm, cell_file, scan]
     check_writable(output, json_file, write_cell, *exports.files, inputs=read)
     if write_cell and not cell_file:
         fail("--write-cell: needs --cell, the cell into which the result is written")

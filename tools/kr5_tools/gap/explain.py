@@ -55,7 +55,7 @@ def explain(
     of the most similar cause."""
     from kr5_tools.gap_report.evidence_data import Evidence, named_inputs
 
-    writing.check_writable(json_file, inputs=[what])
+    writing.check_writable(json_file, inputs=[what, recording])
     name, _, target = (effect or "").partition(":")
     row = kr5.cell.find_effect(name) if name else None
     diagnosis, recorded = _read(what, recording, diagnose=row is None)

@@ -70,7 +70,7 @@ def repeatability(
     wanted = TableOptions(columns, convention=convention, length=length, angle=angle, point=point)
     commands: list[Any] = []
     if returns.is_dir():
-        check_writable(output, json_file, inputs=[commanded, camera, hand_eye])
+        check_writable(output, json_file, inputs=[returns, commanded, camera, hand_eye])
         if not (target and camera):
             fail(f"{returns}: is a folder of images, for which --target and --camera are needed")
         measured = see_returns(returns, target, camera, hand_eye)

@@ -60,7 +60,7 @@ def report(
     """Self-contained page of a result file (no network, no other files), and its plots as PNG."""
     from kr5.files import writing
 
-    writing.check_writable(output, json_file, inputs=[result])
+    writing.check_writable(output, json_file, inputs=[result, recording])
     writing.check_page(output)
     written = write_page_of(result, output, png, recording)
     writing.write_json({"report": str(output), "png": [str(f) for f in written]}, json_file)
