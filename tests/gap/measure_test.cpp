@@ -53,6 +53,20 @@ const gap::ColumnGap& column(const gap::Measure& m, const std::string& name) {
 
 }  // namespace
 
+TEST_CASE("rows in which a joint rests are not measured") {
+  Eigen::MatrixXd values(40, 8);
+  const Eigen::VectorXd t = Eigen::VectorXd::LinSpaced(40, 0.0, 0.39);
+  values << t, t.cwiseMax(0.2), Eigen::MatrixXd::Zero(40, 5), Eigen::VectorXd::Constant(40, 0.06);
+  values.col(7).head(20).setConstant(100.0);  // of friction that holds the joint
+  auto r = recording(make(cell::Kind::Motion, {"t", "qc1", "qc2", "qc3", "qc4", "qc5", "qc6", "i1"}, values));
+  r.experiments[0].joint_reference = cell::JointReference::Measured;
+  CHECK(column(gap::measure(r, Constant()), "i1").rows == 40);
+  r.experiments[0].speed_noise = Eigen::VectorXd::Constant(6, 0.1);
+  const gap::Measure m = gap::measure(r, Constant());
+  CHECK(column(m, "i1").rows == 20);
+  CHECK(column(m, "i1").gap == Approx(0.06 / r.cell.noise.current));
+}
+
 TEST_CASE("the gap is the RMS of the residual over the noise") {
   Eigen::MatrixXd values(4, 1);
   values << 1e-4, -1e-4, 3e-4, 1e-4;

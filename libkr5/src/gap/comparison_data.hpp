@@ -84,7 +84,12 @@ void require_joints(const cell::Recording& recording, const cell::Cell& cell);
 /// Kinds of which nothing can be fitted, or nothing is left to check by.
 std::vector<MissingSplit> missing_splits(const ComparisonData& data);
 
-/// Residuals of the nominal cell, stacked. Experiments and columns that the simulator cannot show are taken out.
+/// Marks the loads of a joint as not to be used in rows in which it is not known which way it moves
+/// (cell::known_directions), and with them those of motors that turn it together with others.
+void mark_unknown_directions(ComparisonData& data);
+
+/// Residuals of the nominal cell, stacked, with such rows marked. Experiments and columns that the simulator cannot
+/// show are taken out.
 /// @throws InvalidArgument when none is left.
 Eigen::VectorXd compare_nominal(ComparisonData& data);
 

@@ -26,6 +26,12 @@ std::vector<std::string> texts_of(const std::vector<LeftOut>& left_out) {
   return out;
 }
 
+/// Residuals of the rows of a block that are compared; NaN in the others.
+Eigen::VectorXd compared_rows(const ComparisonData& data, const Block& block, const Eigen::VectorXd& residual) {
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  return (data.use.segment(block.first, block.rows) > 0).select(residual.array(), nan);
+}
+
 }  // namespace
 
 double noise_limit(double rows, int columns) {
@@ -38,7 +44,8 @@ double noise_limit(double rows, int columns) {
 Measure measure(const cell::Recording& recording, const cell::Cell& cell, const cell::Simulator& simulator) {
   require_joints(recording, cell);
   cell.validate();
-  const ComparisonData data = compare_columns(recording, simulator);
+  ComparisonData data = compare_columns(recording, simulator);
+  mark_unknown_directions(data);
   GapBreakdown parts(recording);
   Measure out;
   std::vector<LeftOut> refused;
@@ -51,11 +58,12 @@ Measure measure(const cell::Recording& recording, const cell::Cell& cell, const 
     for (std::size_t k = 0; k < residuals.size(); ++k) {
       const Block& block = data.blocks[static_cast<std::size_t>(data.blocks_of[e][k])];
       if (!has_column_of(*predicted, block)) continue;
-      if (!residuals[k].array().isFinite().any()) {
+      const Eigen::VectorXd residual = compared_rows(data, block, residuals[k]);
+      if (!residual.array().isFinite().any()) {
         refused.push_back({block.kind, recording.experiments[e].name, {block.column}, LeftOutReason::NotFinite, ""});
         continue;
       }
-      out.columns.push_back(parts.add(block.experiment, block.column, block.sigma, residuals[k]));
+      out.columns.push_back(parts.add(block.experiment, block.column, block.sigma, residual));
       out.exceeding += out.columns.back().exceeds ? 1 : 0;
       sum += out.columns.back().gap * out.columns.back().gap;
     }
