@@ -57,26 +57,31 @@ std::vector<cell::Experiment> fitted_motions(const cell::Recording& recording) {
   return out;
 }
 
-/// Of each column, above what its noise makes of it [unit of the column].
-VectorXd beyond_noise(const MatrixXd& left, const VectorXd& noise) {
-  const VectorXd power = noise.cwiseAbs2();
-  const VectorXd chance = chance_sigmas * std::sqrt(2.0 / static_cast<double>(left.rows())) * power;  // of mean squares
-  const VectorXd found = left.cwiseAbs2().colwise().mean().transpose();
-  return (found - power + chance).cwiseMax(chance).cwiseSqrt();
-}
-
 /// What the best arm leaves in the units of the columns.
 MatrixXd left_in_columns(const cell::Cell& cell, const std::string& family, const MatrixXd& left) {
   if (family != "i") return left;
   return left * cell.drives->structure.inverse() * cell.drives->torque_constant.cwiseInverse().asDiagonal();
 }
 
-/// Correlation of neighbouring rows of noise; 0 of white noise, and of what is more than noise.
+/// Correlation of neighbouring rows of noise; 0 of white noise, and of what is more or clearly less than the noise,
+/// whose correlation is that of something else.
 double noise_correlation(const VectorXd& left, double noise) {
-  const double found = left.squaredNorm() / static_cast<double>(left.size());
-  if (found > excess_of_chance * noise * noise) return 0.0;
+  const double found = left.squaredNorm() / static_cast<double>(left.size()), power = noise * noise;
+  if (found > excess_of_chance * power || excess_of_chance * found < power) return 0.0;
   const double correlation = neighbour_correlation(left);
   return correlation < 3 / std::sqrt(static_cast<double>(left.size())) ? 0.0 : correlation;
+}
+
+/// Of each column, above what its noise makes of it [unit of the column].
+VectorXd beyond_noise(const MatrixXd& left, const VectorXd& noise) {
+  const VectorXd power = noise.cwiseAbs2();
+  VectorXd chance(power.size());  // of mean squares, of noise that is alike in neighbouring rows more
+  for (Index k = 0; k < power.size(); ++k)
+    chance[k] = chance_sigmas * power[k] *
+                std::sqrt(2.0 * gap::colour_factor(std::pow(noise_correlation(left.col(k), noise[k]), 2)) /
+                          static_cast<double>(left.rows()));
+  const VectorXd found = left.cwiseAbs2().colwise().mean().transpose();
+  return (found - power + chance).cwiseMax(chance).cwiseSqrt();
 }
 
 /// The option, or `value` where it stands at its default.
@@ -163,7 +168,7 @@ gap::DiagnoseOptions widened_search(const gap::DiagnoseOptions& options, const B
   widen(out.beam, usual.beam, 1);
   widen(out.refits, usual.refits, 4);
   out.simulator_errors = errors.errors;
-  out.noise_correlations = errors.correlations;
+  if (out.noise_correlations.empty()) out.noise_correlations = errors.correlations;
   out.errors_of_recording = true;
   return out;
 }

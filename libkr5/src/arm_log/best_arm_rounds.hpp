@@ -10,8 +10,8 @@
 
 namespace kr5::arm_log {
 
-/// The recording less what the causes in `tuned` add to its loads, by the simulator. Experiments that it cannot simulate
-/// stay as they are.
+/// The recording less what the causes in `tuned` add to its loads, by the simulator. Experiments that it cannot
+/// simulate stay as they are.
 cell::Recording without_causes(const cell::Recording& recording, const cell::Simulator& simulator,
                                const cell::Cell& tuned);
 

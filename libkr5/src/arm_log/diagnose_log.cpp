@@ -2,6 +2,7 @@
 #include <kr5/arm_log/diagnose_log.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -97,16 +98,27 @@ gap::Diagnosis diagnose_beside(const cell::Recording& recording, const cell::Sim
   return of_servos ? diagnose_servos(recording, simulator, wide) : gap::diagnose(recording, simulator, wide);
 }
 
+/// The options of a round, which tells its part of the whole: half of what is left.
+gap::DiagnoseOptions in_round(const gap::DiagnoseOptions& options, int round) {
+  gap::DiagnoseOptions out = options;
+  if (!options.progress) return out;
+  const double from = 1 - std::pow(0.5, round), share = (1 - from) * (round + 1 < most_rounds ? 0.5 : 1.0);
+  out.progress = [tell = options.progress, from, share](const std::string& stage, double part) {
+    tell(stage, from + share * part);
+  };
+  return out;
+}
+
 /// The same again where causes that the best arm cannot have, such as a tilt of its base, were its error.
 gap::Diagnosis diagnose_in_rounds(const cell::Recording& recording, const cell::Simulator& simulator,
                                   const gap::DiagnoseOptions& options, BestArmErrors& errors) {
-  gap::Diagnosis out = diagnose_beside(recording, simulator, options, errors);
+  gap::Diagnosis out = diagnose_beside(recording, simulator, in_round(options, 0), errors);
   for (int round = 1; round < most_rounds && !out.causes.empty() && !errors.errors.empty(); ++round) {
     const BestArmErrors left = best_arm_errors(without_causes(recording, simulator, out.cell));
     if (!lessens(errors, left)) break;
     errors.errors = left.errors;
     errors.correlations = left.correlations;
-    out = diagnose_beside(recording, simulator, options, errors);
+    out = diagnose_beside(recording, simulator, in_round(options, round), errors);
   }
   return out;
 }

@@ -25,6 +25,7 @@ constexpr double forgotten = 0.25;        // correlation at the end of a memory
 constexpr double slow_structure = 0.9;    // part of the noise of neighbours that slow structure under white noise has
 constexpr double predicted_share = 0.05;  // of the variance that functions of the motion may predict
 constexpr double chance_of_one = 12.0;    // times the share that an independent value has, that the best may by chance
+constexpr double most_by_chance = 0.5;    // share, from which too few rows are left to tell
 constexpr int folds = 4;                  // parts of a log, each predicted by the others
 constexpr Index most_blocks = 32;         // of which these are made
 constexpr double memories = 3.0;          // of the noise, that a block lasts at least
@@ -130,10 +131,10 @@ std::vector<Index> best_columns(MatrixXd columns, VectorXd left) {
 }
 
 /// Rows of a fold, or all others. Folds are made of blocks that lie all over a log.
-std::vector<Index> rows_of(Index rows, Index block, int fold, bool inside) {
+std::vector<Index> rows_of(const VectorXd& values, Index block, int fold, bool inside) {
   std::vector<Index> out;
-  for (Index i = 0; i < rows; ++i)
-    if (((i / block) % folds == fold) == inside) out.push_back(i);
+  for (Index i = 0; i < values.size(); ++i)  // 0 stands for no value
+    if (values[i] != 0.0 && ((i / block) % folds == fold) == inside) out.push_back(i);
   return out;
 }
 
@@ -143,8 +144,7 @@ double share_predicted(const Columns& columns, const VectorXd& values, Index blo
   const MatrixXd functions = standardised(columns);
   ArrayXd after = ArrayXd::Zero(most_terms);
   for (int fold = 0; fold < folds; ++fold) {
-    const std::vector<Index> own = rows_of(values.size(), block, fold, true),
-                             others = rows_of(values.size(), block, fold, false);
+    const std::vector<Index> own = rows_of(values, block, fold, true), others = rows_of(values, block, fold, false);
     const MatrixXd to_fit = functions(others, Eigen::all), to_judge = functions(own, Eigen::all);
     const VectorXd known = values(others), judged = values(own);
     std::vector<Index> chosen = best_columns(to_fit, known);
@@ -161,8 +161,9 @@ double share_predicted(const Columns& columns, const VectorXd& values, Index blo
 bool depends_on_motion(const identification::JointMotion& motion, const VectorXd& left, int joint, double correlation) {
   const auto memory = static_cast<Index>(std::ceil(memories * gap::colour_factor(correlation)));
   const Index block = std::max(left.size() / most_blocks, memory);
-  const double by_chance =
-      predicted_share + chance_of_one * gap::colour_factor(correlation) / static_cast<double>(left.size());
+  const double rows = static_cast<double>((left.array() != 0.0).count());
+  const double by_chance = predicted_share + chance_of_one * gap::colour_factor(correlation) / rows;
+  if (by_chance > most_by_chance || left.size() < folds * block) return true;  // too few rows to tell
   for (const Columns& columns : {own_functions(motion, joint), other_functions(motion, joint), ripples(motion, joint)})
     if (!columns.empty() && share_predicted(columns, left, block) > by_chance) return true;
   return false;

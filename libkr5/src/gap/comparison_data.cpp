@@ -18,7 +18,8 @@ namespace kr5::gap {
 namespace {
 
 constexpr const char* quaternion_columns[] = {"qw", "qx", "qy", "qz"};
-constexpr double long_ago = 1e6;  // of the begin of a clock [s]
+constexpr double long_ago = 1e6;     // of the begin of a clock [s]
+constexpr double least_known = 0.1;  // of the rows, in which the directions of all joints of a motor are known
 
 /// Adds a column that is not compared, to those of the same kind and reason: an arm has many joints.
 void leave_out(std::vector<LeftOut>& all, cell::Kind kind, const std::string& column, LeftOutReason reason,
@@ -153,9 +154,11 @@ void mark_unknown_directions(ComparisonData& data) {
       const Block& block = data.blocks[b];
       const int joint = cell::find_column(block.kind, block.column).joint;
       if (joint < 0 || joint >= joints || block.noise == "position") continue;
+      Eigen::ArrayXd all = Eigen::ArrayXd::Ones(block.rows);
       for (int k = 0; k < joints; ++k)
-        if (structure(joint, k) != 0.0 || structure(k, joint) != 0.0)
-          data.use.segment(block.first, block.rows) *= known.col(k);
+        if (structure(joint, k) != 0.0 || structure(k, joint) != 0.0) all *= known.col(k);
+      const bool enough = all.sum() >= least_known * static_cast<double>(block.rows);
+      data.use.segment(block.first, block.rows) *= enough ? all : Eigen::ArrayXd(known.col(joint));
     }
   }
 }

@@ -28,9 +28,13 @@ void DiagnoseOptions::validate() const {
             "simulator_errors: " + own.column + " must be finite and not negative");
     require(named.insert(own.column).second, "simulator_errors: " + own.column + " is stated twice");
   }
-  for (const ColumnCorrelation& own : noise_correlations)
-    require(own.correlation >= 0 && own.correlation < 1,
-            "noise_correlations: " + own.column + " must lie between 0 and 1, without 1");
+  named.clear();
+  for (const ColumnCorrelation& own : noise_correlations) {
+    require(own.correlation >= 0 && own.correlation < 1, "noise_correlations: " + own.column + ": found " +
+                                                             std::to_string(own.correlation) +
+                                                             ", expected at least 0 and less than 1");
+    require(named.insert(own.column).second, "noise_correlations: " + own.column + " is stated twice");
+  }
 }
 
 Diagnosis diagnose(const cell::Recording& recording, const cell::Simulator& simulator, const DiagnoseOptions& asked) {

@@ -90,9 +90,14 @@ std::vector<EffectFit> rival_effects(const Diagnosis& found, const DiagnosisEvid
 std::vector<EffectTrial> try_effect(const Diagnosis& found, const std::string& effect,
                                     const std::vector<std::string>& targets, const cell::Recording& recording,
                                     const cell::Simulator& simulator) {
-  cell::find_effect(effect);
+  const std::vector<std::string> known = cell::effect_targets(cell::find_effect(effect), recording.cell);
   std::vector<EffectTrial> out;
-  for (const std::string& target : targets) out.push_back({{effect, target}, {}, {}});
+  for (const std::string& target : targets) {
+    require(std::ranges::find(known, target) != known.end(),
+            "targets: found '" + target + "', which the cell does not have for " + effect +
+                (known.empty() ? "" : "; expected such as " + known.front()));
+    if (std::ranges::find(out, target, &EffectTrial::target) == out.end()) out.push_back({{effect, target}, {}, {}});
+  }
   const auto is_cause = [&](const EffectName& name) { return std::ranges::count(found.causes, name) > 0; };
   const auto fit_all = [&](const Cause* replaced, const std::vector<Cause>& others) {
     std::vector<EffectName> names;

@@ -55,10 +55,10 @@ std::string consistency_text(const CauseEvidence& evidence) {
          " experiments in which it stands out: in the worst " + percent_text(worst) + " of its excess goes.";
 }
 
-Texts texts_for(const Diagnosis& found, const Cause& cause, const CauseEvidence* evidence) {
+Texts texts_for(const Diagnosis& found, const Cause& cause, const CauseEvidence* evidence, bool held_out) {
   Texts out = {"It explains " + percent_text(cause.explained_fraction) + " of the excess" +
                (found.causes.size() > 1 ? " not explained by the other causes" : "") +
-               ", on experiments that were not used for the fit."};
+               (held_out ? ", on experiments that were not used for the fit." : ".")};
   if (!evidence) return out;
   for (const std::string& text : {explained_columns_text(*evidence), consistency_text(*evidence)})
     if (!text.empty()) out.push_back(text);
@@ -196,19 +196,20 @@ Reasons cause_reasons(const Diagnosis& found, std::size_t cause, const Diagnosis
   require(cause < found.causes.size(), "cause: the diagnosis has " + std::to_string(found.causes.size()) +
                                            " causes, none of number " + std::to_string(cause));
   const CauseEvidence* own = evidence && cause < evidence->causes.size() ? &evidence->causes[cause] : nullptr;
-  return {texts_for(found, found.causes[cause], own), texts_against(found, found.causes[cause], own)};
+  return {texts_for(found, found.causes[cause], own, !evidence || evidence->held_out),
+          texts_against(found, found.causes[cause], own)};
 }
 
 Texts rival_texts(const std::vector<EffectFit>& rivals, const DiagnosisEvidence& evidence) {
   Texts out;
   for (const EffectFit& rival : rivals) {
     if (rival.explained_fraction < told_share) continue;
-    const auto worst = std::ranges::max_element(rival.columns, {}, &ColumnReduction::after);
-    const bool none_left =
-        worst == rival.columns.end() || worst->after <= clearly_above * limit_of(evidence, worst->column);
+    const ColumnReduction* worst = nullptr;
+    for (const ColumnReduction& c : rival.columns)
+      if (c.after > clearly_above * limit_of(evidence, c.column) && (!worst || c.after > worst->after)) worst = &c;
     out.push_back(capitalised(effect_text(rival)) + " explains " + percent_text(rival.explained_fraction) + " and " +
-                  (none_left ? "leaves no column above the floor"
-                             : "leaves the " + column_text(worst->column) + " at " + format("%.2f", worst->after)) +
+                  (worst ? "leaves the " + column_text(worst->column) + " at " + format("%.2f", worst->after)
+                         : "leaves no column above the floor") +
                   ".");
   }
   if (out.empty()) out.push_back("No other effect explains more than 1 % of the part that it explains.");

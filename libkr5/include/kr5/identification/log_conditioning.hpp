@@ -119,7 +119,8 @@ struct ConditionedMotion {
 double motion_bandwidth(const Eigen::Ref<const Eigen::MatrixXd>& q, double step);
 
 /// Half-power frequency of the low-pass by which positions lose their noise and not the motion: five times its
-/// bandwidth, or the frequency above which no joint moves by more than its noise, where that is lower [Hz].
+/// bandwidth, or the frequency above which no joint moves by more than its noise, where that is lower, but at least 1.5
+/// times the bandwidth and at most 0.4 of the rate [Hz].
 /// @param q Samples x joints at even steps; @param step [s]; @param noise Standard deviation of the readings of each
 /// joint [rad or m].
 double motion_cutoff(const Eigen::Ref<const Eigen::MatrixXd>& q, double step, const Eigen::VectorXd& noise);

@@ -25,6 +25,7 @@ class DataCheck {
     size();
     still();
     start();
+    speed_noise();
     const Experiment all = with_lead_in(e_);
     DataCheck(all, cell_, file_, lines_, diagnostics_).form();
     joints();
@@ -137,6 +138,18 @@ class DataCheck {
         "t",
         [&](Row i) { return !same_run(i) || t[i] <= t[i - 1] || std::abs(t[i] - t[i - 1] - cycle) <= 0.25 * cycle; },
         "a row every cycle of " + text_of(cycle) + " s; are rows missing, or is t in other units?");
+  }
+
+  /// Measured positions alone have speeds with noise, those of each joint.
+  void speed_noise() {
+    const Row found = e_.speed_noise.size();
+    if (found == 0) return;
+    if (e_.joint_reference != JointReference::Measured)
+      report(0, "speed_noise", "speed_noise of commands, whose speeds are exact", "none, or joint_reference: measured",
+             Severity::Error);
+    if (found != cell_.robot.joints())
+      report(0, "speed_noise", std::to_string(found) + " values",
+             "one a joint, " + std::to_string(cell_.robot.joints()) + " [rad/s or m/s]", Severity::Error);
   }
 
   /// A simulation of commands begins at rest, and so must what it is compared with, or a lead-in goes before.

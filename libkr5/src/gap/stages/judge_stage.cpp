@@ -36,14 +36,14 @@ class Judge {
       : models_(models), problem_(models.problem()), data_(problem_.data), groups_(groups), options_(options) {}
 
   /// The best model less what is unfounded, part by part: the others must explain without it, too, so that what only
-  /// made up for its errors is seen. None of it, where it fits what judges worse than the nominal cell.
+  /// made up for its errors is seen. None of its causes, where they fit what judges worse than without them.
   Judged founded() {
     Judged out = analysed(free_shape_is_likelier(models_.best()) ? models_.nominal() : models_.best());
     for (int worst = unfounded(out); worst >= 0; worst = unfounded(out))
       out = analysed(models_.without(out.model, static_cast<std::size_t>(worst)));
-    if (!out.model.parts.empty() && judging_gap(out.rest) > judging_gap(analysis(models_.nominal())))
-      return analysed(models_.nominal());
-    return out;
+    const Model faults = faults_of(out.model);
+    const bool blames = faults.parts.size() < out.model.parts.size();
+    return blames && judging_gap(out.rest) > judging_gap(analysis(faults)) ? analysed(faults) : out;
   }
 
   ResidualAnalysis analysis(const Model& model) const {
@@ -51,6 +51,13 @@ class Judge {
   }
 
  private:
+  /// The model without its causes: faults of the recording stay.
+  Model faults_of(Model model) {
+    for (std::size_t k = model.parts.size(); k-- > 0;)
+      if (!of_recording(model.parts[k])) model = models_.without(model, k);
+    return model;
+  }
+
   /// RMS of all that judges, over the noise.
   double judging_gap(const ResidualAnalysis& rest) const {
     std::vector<int> blocks;

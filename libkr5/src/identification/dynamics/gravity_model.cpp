@@ -390,7 +390,7 @@ GravityResult fit_gravity(const kinematics::DhChain& chain, const JointMotion& m
   describe_gravity(out, samples);
   out.fit.status = FitStatus::Converged;
   out.fit.iterations = 1;
-  out.fit.message = "torques of slow motion fitted";
+  out.fit.message = samples.front().resting ? "torques at rest fitted" : "torques of slow motion fitted";
   return out;
 }
 
@@ -428,6 +428,7 @@ GravityResult identify_gravity_at_rest(const kinematics::DhChain& chain, const M
 
 bool are_postures(const MatrixXd& q, bool timed) {
   constexpr double step = 0.05, bend = 0.5;  // [rad or m] of a row; of the change of a step over the step
+  require(q.cols() > 0 && q.allFinite(), "q: expected finite values of at least one joint");
   if (q.rows() < 3) return q.rows() > 0;
   const MatrixXd steps = q.bottomRows(q.rows() - 1) - q.topRows(q.rows() - 1);
   const MatrixXd bends = steps.bottomRows(steps.rows() - 1) - steps.topRows(steps.rows() - 1);

@@ -26,8 +26,9 @@ void JointMotion::validate() const {
         require(std::isfinite((*values)(i, j)),
                 name + ": row " + std::to_string(i) + ", joint " + std::to_string(j + 1) + " is not finite");
   }
-  require(speed_noise.size() == 0 || (speed_noise.size() == q.cols() && speed_noise.allFinite()),
-          "speed_noise: expected a finite number for each of the " + std::to_string(q.cols()) +
+  require(speed_noise.size() == 0 ||
+              (speed_noise.size() == q.cols() && speed_noise.allFinite() && (speed_noise.array() >= 0).all()),
+          "speed_noise: expected a finite number, not negative, for each of the " + std::to_string(q.cols()) +
               " joints, or none [rad/s or m/s]");
   require(t.allFinite(), "t: times must be finite [s]");
   std::size_t next = 0;
