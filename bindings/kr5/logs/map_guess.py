@@ -29,6 +29,7 @@ from kr5.logs.two_arms import choices_text
 
 LENGTHS = ("x", "y", "z", "zc", "cx", "cy")
 LOADS = ("tau", "i")
+LEAST_REST = 1.0  # from row to row of an arm that rests in each of them [s]
 
 
 @dataclass
@@ -256,20 +257,25 @@ def _motion_columns(
     column = first.columns[0]
     guessed = guess_clock(log, column, _cycle(cell), given.clock)
     name = "q" if "q" in columns else "qc"
-    _require_motion(log, joint_values(columns[name], name, log, cell), timed=guessed is not None)
+    _require_motion(log, joint_values(columns[name], name, log, cell), guessed)
     clock = require_clock(guessed, column, log, given.words)
     out.because(where, "clock", clock.proposal, clock.reason)
     return columns, clock
 
 
-def _require_motion(log: Log, positions: np.ndarray, timed: bool) -> None:
+def _require_motion(log: Log, positions: np.ndarray, clock: GuessedClock | None) -> None:
     """Complains of rows that are no samples of a motion. positions: samples x joints [rad or m]."""
     if (rows := len(positions)) < 3:
         raise kr5.FileError(
             log.file, f"found {rows} {'row' if rows == 1 else 'rows'}, expected a motion of at least three"
         )
     known = positions[np.isfinite(positions).all(axis=1)]
-    if len(known) < 3 or not identification.are_postures(known, timed):
+    stamped = clock is not None and "every" not in (clock.entry or {})
+    steps = np.diff(clock.seconds) if clock is not None and stamped else np.zeros(0)
+    steps = steps[np.isfinite(steps)]
+    if len(steps) > 0 and np.median(steps) < LEAST_REST:
+        return
+    if len(known) < 3 or not identification.are_postures(known, clock is not None):
         return
     jump = float(np.median(np.abs(np.diff(known, axis=0)).max(axis=1)))
     raise kr5.FileError(
