@@ -253,11 +253,11 @@ def test_stamps_that_nobody_filled_in_are_no_clock(diagnose, rubbing, named_urdf
 
 
 def grippered(named_urdf, finger="<mimic joint='left_finger'/>"):
-    """The description of an arm with a gripper behind its flange."""
+    """The description of an arm with a gripper behind its flange, so light that the logged arm may lack it."""
     text = named_urdf.read_text()
     flange = text[: text.rindex("</link>")].rsplit('<link name="', 1)[1].split('"')[0]
     body = (
-        '<inertial><mass value="0.05"/><inertia ixx="1e-5" iyy="1e-5" izz="1e-5" ixy="0" ixz="0" iyz="0"/></inertial>'
+        '<inertial><mass value="1e-4"/><inertia ixx="1e-8" iyy="1e-8" izz="1e-8" ixy="0" ixz="0" iyz="0"/></inertial>'
     )
     more = ""
     for side, mimic in (("left", ""), ("right", finger)):

@@ -107,8 +107,9 @@ def calibrate_laser(
     """
     options.validate()
     pictures = _overlay_files(overlay or [], overlay_folder)
-    written = (output, json_file, cloud, write_cell, *(out for _, _, out in pictures), *exports.files)
-    check_writable(*written, inputs=[*sources, cell_file])
+    check_writable(output, json_file, cloud, write_cell, *exports.files, inputs=[*sources, cell_file])
+    # Of a folder of scans no pictures are read but those that are drawn on.
+    check_writable(*(out for _, _, out in pictures), inputs=[*(image for image, _, _ in pictures), cell_file])
     check_cloud_ending(cloud)
     if not (np.isfinite(delay) and max_gap > 0):
         fail(f"--delay, --max-gap: found {delay} and {max_gap}, expected times [s]")

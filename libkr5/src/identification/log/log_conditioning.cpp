@@ -50,12 +50,6 @@ MatrixXd stacked(const std::vector<MatrixXd>& parts) {
   return out;
 }
 
-VectorXd noise_of_positions(const MatrixXd& q) {
-  VectorXd out(q.cols());
-  for (Index j = 0; j < q.cols(); ++j) out[j] = kr5::reading_noise(q.col(j));
-  return out;
-}
-
 void add_run(const EvenRun& run, const ConditioningOptions& options, const ConditionedMotion& result, MotionRows& out) {
   const MatrixXd q = zero_phase_low_pass(run.q, run.step, result.cutoff, options.filter_order);
   MatrixXd qd = central_differences(q, run.step), qdd = second_differences(q, run.step);
@@ -236,10 +230,9 @@ ConditionedMotion condition_log(const JointLog& log, const ConditioningOptions& 
   }
   const RowRange& longest = *std::max_element(runs.begin(), runs.end(),
                                               [](const RowRange& a, const RowRange& b) { return a.size() < b.size(); });
-  const VectorXd noise = noise_of_positions(data.log.q);
   out.cutoff = options.cutoff > 0
                    ? options.cutoff
-                   : std::clamp(motion_cutoff(data.log.q.middleRows(longest.first, longest.size()), data.step, noise),
+                   : std::clamp(5 * motion_bandwidth(data.log.q.middleRows(longest.first, longest.size()), data.step),
                                 std::min(min_cutoff, 0.4 / data.step), 0.4 / data.step);
   require(out.cutoff < 0.5 / data.step, "cutoff: found " + short_number(out.cutoff) + " Hz, expected less than " +
                                             short_number(0.5 / data.step) + " Hz, half the rate of the log");
@@ -254,8 +247,6 @@ ConditionedMotion condition_log(const JointLog& log, const ConditioningOptions& 
     return out;
   }
   collect(rows, out);
-  if (options.speeds == SpeedSource::Positions)
-    out.motion.speed_noise = noise * speed_noise_gain(data.step, out.cutoff, options.filter_order);
   out.message = std::to_string(out.motion.samples()) + " rows in " + std::to_string(rows.t.size()) +
                 " runs, low-passed at " + short_number(out.cutoff) + " Hz";
   return out;
