@@ -133,9 +133,7 @@ std::vector<LogNote> add_noise_colour(cell::Recording& recording) {
   const int n = cell.robot.joints();
   const BestArm best = best_arm_with_delay(cell, fit, others({}, n));
   if (best.left.size() == 0) return {};
-  std::vector<identification::JointMotion> motions;
-  for (const cell::Experiment& e : fit) motions.push_back(motion_of(cell, e, best.delay));
-  const identification::JointMotion motion = merged_motion(motions);
+  const identification::JointMotion motion = merged_motion(cell, fit, best.delay);
   const std::string family = load_family(fit.front());
   const MatrixXd left = left_in_columns(cell, family, best.left);
   std::vector<double>& noise = family == "i" ? cell.noise.joint_current : cell.noise.joint_torque;

@@ -66,7 +66,9 @@ JointMotion motion_of(const cell::Cell& cell, const cell::Experiment& experiment
   return out;
 }
 
-JointMotion merged_motion(const std::vector<JointMotion>& motions) {
+JointMotion merged_motion(const cell::Cell& cell, const std::vector<cell::Experiment>& experiments, double delay) {
+  std::vector<JointMotion> motions;
+  for (const cell::Experiment& e : experiments) motions.push_back(motion_of(cell, e, delay));
   Index rows = 0;
   for (const JointMotion& m : motions) rows += m.samples();
   const Index n = motions.empty() ? 0 : motions.front().q.cols();

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -25,8 +26,9 @@ Eigen::MatrixXd link_loads(const cell::Cell& cell, const cell::Experiment& exper
 /// @param delay By which the torques were logged later than the positions [s]. Rows whose shifted time lies outside the
 /// experiment are left out.
 identification::JointMotion motion_of(const cell::Cell& cell, const cell::Experiment& experiment, double delay = 0.0);
-/// Motions one after the other, each of them a run.
-identification::JointMotion merged_motion(const std::vector<identification::JointMotion>& motions);
+/// Motions of experiments one after the other, each of them a run.
+identification::JointMotion merged_motion(const cell::Cell& cell, const std::vector<cell::Experiment>& experiments,
+                                          double delay = 0.0);
 
 /// "N m", or "N" of a slide.
 std::string load_unit(const cell::Cell& cell, int joint);

@@ -8,7 +8,7 @@
 #include <map>
 #include <numbers>
 
-#include <kr5/core/statistics.hpp>
+#include <kr5/arm_log/measured_positions.hpp>
 #include <kr5/identification/dynamics.hpp>
 
 #include "joint_columns.hpp"
@@ -61,9 +61,7 @@ class DelayedFit {
 
   /// Empty where the motions determine no arm.
   MatrixXd left(double delay) const {
-    std::vector<identification::JointMotion> parts;
-    for (const cell::Experiment& e : motions_) parts.push_back(motion_of(cell_, e, delay));
-    const identification::JointMotion motion = merged_motion(parts);
+    const identification::JointMotion motion = merged_motion(cell_, motions_, delay);
     const auto found = identification::identify_dynamics(motion, model_, options_);
     return found.fit.usable() ? left_where_known(motion, found.predicted) : MatrixXd();
   }
@@ -71,11 +69,9 @@ class DelayedFit {
  private:
   /// Friction terms beyond dry and viscous friction that the motions show, for all delays alike.
   void choose_friction() {
-    std::vector<identification::JointMotion> parts;
-    for (const cell::Experiment& e : motions_) parts.push_back(motion_of(cell_, e));
     identification::DynamicsOptions choosing = options_;
     choosing.choose_terms = true;
-    const auto found = identification::identify_dynamics(merged_motion(parts), model_, choosing);
+    const auto found = identification::identify_dynamics(merged_motion(cell_, motions_), model_, choosing);
     if (found.fit.usable()) model_.terms = found.model.terms;
   }
 
@@ -146,17 +142,9 @@ double best_delay(double step, const std::function<double(double)>& cost) {
   return min_between((at - 1) * step, (at + 1) * step, fineness * step, cost);
 }
 
-double median_step(const cell::Experiment& experiment) {
-  const VectorXd t = experiment.data.column("t");
-  const VectorXd steps = t.tail(t.size() - 1) - t.head(t.size() - 1);
-  return median({steps.begin(), steps.end()});
-}
-
 /// Standard deviation of each column over all motions.
 VectorXd spread_of_torques(const cell::Cell& cell, const std::vector<cell::Experiment>& motions) {
-  std::vector<MatrixXd> parts;
-  for (const cell::Experiment& e : motions) parts.push_back(motion_of(cell, e).tau);
-  const MatrixXd tau = stacked_rows(parts);
+  const MatrixXd tau = merged_motion(cell, motions).tau;
   return (tau.rowwise() - tau.colwise().mean()).cwiseAbs2().colwise().mean().cwiseSqrt().transpose();
 }
 
@@ -169,7 +157,7 @@ BestArm best_arm_with_delay(const cell::Cell& cell, const std::vector<cell::Expe
   if (on_time.size() == 0 || live.empty()) return {on_time, 0.0};
   const DelayLikelihood likelihood(on_time, spread_of_torques(cell, motions), live);
   const auto cost = [&](double delay) { return likelihood.cost(delay == 0.0 ? on_time : fit.left(delay)); };
-  const double row = median_step(motions.front());
+  const double row = middle_step(motions.front().data.column("t"));
   const double delay = best_delay(std::max(row, min_delay_step), cost);
   if (std::abs(delay) < row / 2) return {on_time, 0.0};
   const MatrixXd delayed = fit.left(delay);

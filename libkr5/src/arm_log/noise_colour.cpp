@@ -7,6 +7,7 @@
 
 #include <Eigen/QR>
 
+#include <kr5/arm_log/measured_positions.hpp>
 #include <kr5/core/statistics.hpp>
 #include <kr5/gap/findings.hpp>
 
@@ -52,11 +53,6 @@ double neighbour_noise(const VectorXd& x) {
     if (x[i] != 0.0 && x[i - 1] != 0.0 && x[i - 2] != 0.0 && x[i - 3] != 0.0)
       third.push_back(std::abs(x[i] - 3 * x[i - 1] + 3 * x[i - 2] - x[i - 3]));
   return mad_to_sigma * median(std::move(third)) / std::sqrt(20.0);
-}
-
-double median_step(const VectorXd& t) {
-  const VectorXd steps = t.tail(t.size() - 1) - t.head(t.size() - 1);
-  return median({steps.begin(), steps.end()});
 }
 
 using Columns = std::vector<ArrayXd>;
@@ -177,7 +173,7 @@ NoiseColour noise_colour(const identification::JointMotion& motion, const Eigen:
   const double sigma = std::sqrt(left.squaredNorm() / values);
   const double correlation = std::clamp(correlation_at(left, 1), 0.0, 0.99);
   if (correlation < min_correlation) return {};
-  const auto memory = static_cast<Index>(longest_memory / median_step(motion.t));
+  const auto memory = static_cast<Index>(longest_memory / middle_step(motion.t));
   if (std::abs(correlation_at(left, std::max<Index>(memory, 2))) > forgotten) return {};
   // Slow structure under white noise has the third differences of that noise alone; those of coloured noise are less.
   if (neighbour_noise(left) > slow_structure * sigma * std::sqrt(1 - correlation)) return {};

@@ -77,16 +77,16 @@ int TorqueConstants::first_unknown() const {
 
 TorqueConstants estimate_torque_constants(const cell::Recording& recording) {
   const int n = recording.cell.robot.joints();
-  std::vector<identification::JointMotion> motions;
+  std::vector<cell::Experiment> motions;
   std::vector<MatrixXd> loads, currents;
   for (const cell::Experiment& e : recording.experiments) {
     if (e.kind != cell::Kind::Motion || e.split != cell::Split::Fit || !has_column(e, "i1")) continue;
-    motions.push_back(motion_of(recording.cell, e));
+    motions.push_back(e);
     loads.push_back(link_loads(recording.cell, e));
     currents.push_back(joint_columns(e, "i", n));
   }
   if (motions.empty()) return {};
-  const identification::JointMotion motion = merged_motion(motions);
+  const identification::JointMotion motion = merged_motion(recording.cell, motions);
   const MatrixXd torque = stacked_rows(loads), current = stacked_rows(currents);
   TorqueConstants out{VectorXd::Zero(n), VectorXd::Constant(n, std::numeric_limits<double>::infinity())};
   for (int k = 0; k < n; ++k) {

@@ -250,6 +250,11 @@ void write_residuals(const ComparisonData& data, int experiment, const std::vect
   for (std::size_t k = 0; k < blocks.size(); ++k) data.blocks[blocks[k]].rows_of(stacked) = residuals[k];
 }
 
+Eigen::VectorXd used_rows(const ComparisonData& data, const Block& block, const Eigen::VectorXd& residual_of_block) {
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  return (data.use.segment(block.first, block.rows) > 0).select(residual_of_block.array(), nan);
+}
+
 Eigen::VectorXd counted_residual(const ComparisonData& data, const Eigen::VectorXd& residual) {
   return residual.array().isNaN().select(missing_residual, residual.array()) * data.use;
 }

@@ -117,6 +117,9 @@ std::vector<Eigen::VectorXd> compare(const ComparisonData& data, int experiment,
 void write_residuals(const ComparisonData& data, int experiment, const std::vector<Eigen::VectorXd>& residuals,
                      Eigen::VectorXd& stacked);
 
+/// Residuals of a block; NaN in rows that do not count.
+Eigen::VectorXd used_rows(const ComparisonData& data, const Block& block, const Eigen::VectorXd& residual_of_block);
+
 /// What is squared and summed: spikes at 0, what cannot be compared at `missing_residual`.
 Eigen::VectorXd counted_residual(const ComparisonData& data, const Eigen::VectorXd& residual);
 

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <numeric>
 
 #include <kr5/cell/effect.hpp>
@@ -159,12 +158,6 @@ class EffectFitter {
   std::vector<Suggestion> ranked_;
 };
 
-/// NaN for spikes, too.
-Eigen::VectorXd shown_rows(const ComparisonData& data, const Block& block, const Eigen::VectorXd& residual) {
-  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-  return (data.use.segment(block.first, block.rows) > 0).select(block.rows_of(residual).array(), nan);
-}
-
 }  // namespace
 
 void NoiseOverride::validate() const {
@@ -200,7 +193,7 @@ std::vector<ResidualColumn> residual_columns(const cell::Recording& recording, c
   for (const Block& block : data.blocks) {
     Eigen::MatrixXd rows(block.rows, static_cast<Eigen::Index>(stacked.size()));
     for (std::size_t k = 0; k < stacked.size(); ++k)
-      rows.col(static_cast<Eigen::Index>(k)) = shown_rows(data, block, stacked[k]);
+      rows.col(static_cast<Eigen::Index>(k)) = used_rows(data, block, block.rows_of(stacked[k]));
     out.push_back({data.experiment(block).name, block.column, block.sigma, std::move(rows)});
   }
   return out;

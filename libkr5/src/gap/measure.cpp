@@ -26,12 +26,6 @@ std::vector<std::string> texts_of(const std::vector<LeftOut>& left_out) {
   return out;
 }
 
-/// Residuals of the rows of a block that are compared; NaN in the others.
-Eigen::VectorXd compared_rows(const ComparisonData& data, const Block& block, const Eigen::VectorXd& residual) {
-  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-  return (data.use.segment(block.first, block.rows) > 0).select(residual.array(), nan);
-}
-
 }  // namespace
 
 double noise_limit(double rows, int columns) {
@@ -58,7 +52,7 @@ Measure measure(const cell::Recording& recording, const cell::Cell& cell, const 
     for (std::size_t k = 0; k < residuals.size(); ++k) {
       const Block& block = data.blocks[static_cast<std::size_t>(data.blocks_of[e][k])];
       if (!has_column_of(*predicted, block)) continue;
-      const Eigen::VectorXd residual = compared_rows(data, block, residuals[k]);
+      const Eigen::VectorXd residual = used_rows(data, block, residuals[k]);
       if (!residual.array().isFinite().any()) {
         refused.push_back({block.kind, recording.experiments[e].name, {block.column}, LeftOutReason::NotFinite, ""});
         continue;
