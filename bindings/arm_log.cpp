@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <kr5/arm_log/best_arm.hpp>
 #include <kr5/arm_log/column_words.hpp>
+#include <kr5/arm_log/compare_recordings.hpp>
+#include <kr5/arm_log/comparison_text.hpp>
 #include <kr5/arm_log/diagnose_log.hpp>
 #include <kr5/arm_log/joint_unit.hpp>
 #include <kr5/arm_log/log_problem.hpp>
@@ -294,6 +296,47 @@ void bind_diagnosis(py::module_& m) {
       "Raises\n------\nkr5.IoError\n    No recording stands in the folder, or it has errors in form.");
 }
 
+void bind_comparison(py::module_& m) {
+  bind_struct<ParameterChange>(m, "ParameterChange", "Parameter of an effect in both of two recordings.");
+  bind_struct<EffectChange, kr5::gap::EffectName>(m, "EffectChange", "Effect that differs between two recordings.")
+      .def("text", &change_text, "Sentence with its values in both recordings.");
+  py::class_<RecordingComparison>(m, "RecordingComparison", "What differs between two recordings of one model.")
+      .def_readonly("first", &RecordingComparison::first, "Diagnosis of the first recording against its model.")
+      .def_readonly("difference", &RecordingComparison::difference,
+                    "Diagnosis of the second recording against the first; where reversed, of the first against the "
+                    "second.")
+      .def_readonly("reversed", &RecordingComparison::reversed,
+                    "Whether the difference was explained only from the second recording to the first.")
+      .def_readonly("changes", &RecordingComparison::changes, "Effects that differ, most probable first.")
+      .def_readonly("common", &RecordingComparison::common, "Causes of the first recording that did not change.")
+      .def_readonly("gap_with_model", &RecordingComparison::gap_with_model,
+                    "Gap of the second recording at the model [-].")
+      .def_readonly("gap_with_first", &RecordingComparison::gap_with_first,
+                    "Gap of the second recording with the causes of the first in the model [-].")
+      .def_property_readonly(
+          "text", [](const RecordingComparison& c) { return text(c); }, "The comparison in sentences.")
+      .def("__repr__", [](const RecordingComparison& c) { return "RecordingComparison('" + text(c) + "')"; });
+  m.def(
+      "compare_recordings",
+      [](const RecordingSource& first, const RecordingSource& second, const py::object& simulator,
+         DiagnoseOptions options, const py::object& progress) {
+        options.progress = shared_progress(progress);
+        const auto a = recording_from(first), b = recording_from(second);
+        return compute_interruptibly(simulator_from(simulator), [&](const kr5::cell::Simulator& s) {
+          return compare_recordings(*a, *b, s, options);
+        });
+      },
+      py::arg("first"), py::arg("second"), py::arg("simulator") = py::none(), py::arg("options") = DiagnoseOptions{},
+      py::arg("progress") = py::none(),
+      "What differs between two recordings of one model. Errors of the model that both have are not told as a change: "
+      "of motions on measured positions the freely fitted arm of the first recording is the reference.\n\n"
+      "Parameters\n----------\n"
+      "first, second : kr5.cell.Recording, or the folder of one\n"
+      "simulator, options, progress : as of diagnose, optional\n\n"
+      "Returns\n-------\nRecordingComparison\n\n"
+      "Raises\n------\nkr5.InvalidArgument\n    The robots differ.");
+}
+
 }  // namespace
 
 void bind_arm_log(py::module_& m) {
@@ -306,4 +349,5 @@ void bind_arm_log(py::module_& m) {
   bind_best_arm(m);
   bind_servo_fit(m);
   bind_diagnosis(m);
+  bind_comparison(m);
 }

@@ -135,6 +135,7 @@ MAKERS = {
     "kr5-gap/2": lambda _: ("gap", "diagnose", RECORDING, "-o", "r.json"),
     "kr5-gap/1": old_diagnosis,
     "kr5-gap-measure/1": lambda _: ("gap", "measure", RECORDING, "--json", "r.json"),
+    "kr5-gap-comparison/1": lambda _: ("gap", "compare", RECORDING, RECORDING, "--json", "r.json"),
     "kr5-gap-plan/1": gap_plan,
     "kr5-gap-explanation/1": lambda _: ("gap", "explain", RECORDING, "stribeck_friction", "--json", "r.json"),
     "kr5-insertion/1": lambda _: ("insert", "--clearance", "0.05", "--offset", "3", "4", "--json", "r.json"),

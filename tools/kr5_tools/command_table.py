@@ -182,6 +182,7 @@ COMMANDS: dict[str, Entry | dict[str, Entry]] = {
             "kr5-gap/2": "Diagnosis",
             "kr5-gap/1": "Diagnosis, as versions before 0.3 wrote it",
             "kr5-gap-measure/1": "Gap between simulation and recording",
+            "kr5-gap-comparison/1": "Difference between recordings",
             "kr5-gap-plan/1": "Next experiment",
             "kr5-gap-explanation/1": "Explanation of a verdict or an effect",
         },

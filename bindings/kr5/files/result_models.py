@@ -259,6 +259,28 @@ class GapMeasureFile(OpenDocument):
     limits: dict[str, float] = Field({}, description="limit of noise of each column [-]")
 
 
+class ChangedParameter(OpenDocument):
+    name: str
+    first: list[float]
+    second: list[float]
+    std: list[float]
+    unit: str
+
+
+class ChangedEffect(EffectOnTarget):
+    probability: float
+    parameters: list[ChangedParameter]
+
+
+class GapComparisonFile(OpenDocument):
+    """What differs between two recordings, `kr5-gap-comparison/1`."""
+
+    text: str
+    changes: list[ChangedEffect]
+    common: list[EffectOnTarget]
+    difference: dict[str, Any] = Field(description="diagnosis of the difference, a kr5-gap/2")
+
+
 class GapPlanFile(OpenDocument):
     """Experiments that distinguish alternatives, or what they said once they were done, `kr5-gap-plan/1`."""
 
@@ -545,6 +567,7 @@ MODELS: dict[str, type[Document]] = {
     "kr5-gap/2": DiagnosisFile,
     "kr5-gap/1": DescribedDiagnosisFile,
     "kr5-gap-measure/1": GapMeasureFile,
+    "kr5-gap-comparison/1": GapComparisonFile,
     "kr5-gap-plan/1": GapPlanFile,
     "kr5-gap-explanation/1": GapExplanationFile,
     "kr5-insertion/1": InsertionFile,

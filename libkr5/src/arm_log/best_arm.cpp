@@ -7,8 +7,6 @@
 #include <numeric>
 #include <optional>
 
-#include <Eigen/LU>
-
 #include <kr5/core/statistics.hpp>
 
 #include "joint_columns.hpp"
@@ -55,12 +53,6 @@ std::vector<cell::Experiment> fitted_motions(const cell::Recording& recording) {
     if (e.split == cell::Split::Fit && e.joint_reference == cell::JointReference::Measured && !load_family(e).empty())
       out.push_back(e);
   return out;
-}
-
-/// What the best arm leaves in the units of the columns.
-MatrixXd left_in_columns(const cell::Cell& cell, const std::string& family, const MatrixXd& left) {
-  if (family != "i") return left;
-  return left * cell.drives->structure.inverse() * cell.drives->torque_constant.cwiseInverse().asDiagonal();
 }
 
 /// Correlation of neighbouring rows of noise; 0 of white noise, and of what is more or clearly less than the noise,
@@ -112,7 +104,7 @@ BestArmErrors best_arm_errors(const cell::Recording& recording) {
     left.col(k).setConstant(no_weight *
                             std::sqrt((tau - model).col(k).squaredNorm() / static_cast<double>(tau.rows())));
   const std::string family = load_family(fit.front());
-  left = left_in_columns(cell, family, left);
+  left = in_columns(cell, family, left);
   VectorXd noise(n);
   for (int k = 0; k < n; ++k) noise[k] = cell.noise.of(family == "tau" ? "torque" : "current", k);
   const VectorXd error = beyond_noise(left, noise);
@@ -135,7 +127,7 @@ std::vector<LogNote> add_noise_colour(cell::Recording& recording) {
   if (best.left.size() == 0) return {};
   const identification::JointMotion motion = merged_motion(cell, fit, best.delay);
   const std::string family = load_family(fit.front());
-  const MatrixXd left = left_in_columns(cell, family, best.left);
+  const MatrixXd left = in_columns(cell, family, best.left);
   std::vector<double>& noise = family == "i" ? cell.noise.joint_current : cell.noise.joint_torque;
   LogNote out{.kind = LogNoteKind::ColouredNoise, .name = family};
   for (int k = 0; k < n && static_cast<int>(noise.size()) == n; ++k) {

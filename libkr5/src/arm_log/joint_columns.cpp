@@ -3,6 +3,8 @@
 
 #include <vector>
 
+#include <Eigen/LU>
+
 #include <kr5/physics/cubic_spline.hpp>
 #include <kr5/physics/motors.hpp>
 #include <kr5/predict/fast_simulator.hpp>
@@ -26,6 +28,11 @@ MatrixXd joint_columns(const cell::Experiment& experiment, const std::string& fa
   MatrixXd out(experiment.data.values.rows(), joints);
   for (int k = 0; k < joints; ++k) out.col(k) = experiment.data.column(family + std::to_string(k + 1));
   return out;
+}
+
+MatrixXd in_columns(const cell::Cell& cell, const std::string& family, const MatrixXd& torques) {
+  if (family != "i") return torques;
+  return torques * cell.drives->structure.inverse() * cell.drives->torque_constant.cwiseInverse().asDiagonal();
 }
 
 MatrixXd link_loads(const cell::Cell& cell, const cell::Experiment& experiment) {

@@ -19,6 +19,8 @@ bool has_column(const cell::Experiment& experiment, const std::string& name);
 std::string load_family(const cell::Experiment& experiment);
 /// Columns family1 ... familyN, rows x joints.
 Eigen::MatrixXd joint_columns(const cell::Experiment& experiment, const std::string& family, int joints);
+/// Torques of the drives on the joint side, rows x joints, in the columns of a family [N m or N, or A].
+Eigen::MatrixXd in_columns(const cell::Cell& cell, const std::string& family, const Eigen::MatrixXd& torques);
 /// Torques that the links and the tool of a cell take in the motion of an experiment, without drives and friction.
 Eigen::MatrixXd link_loads(const cell::Cell& cell, const cell::Experiment& experiment);
 

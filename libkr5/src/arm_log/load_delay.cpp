@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include <kr5/arm_log/measured_positions.hpp>
+#include <kr5/core/statistics.hpp>
 #include <kr5/identification/dynamics.hpp>
 
 #include "joint_columns.hpp"
@@ -59,11 +60,11 @@ class DelayedFit {
     choose_friction();
   }
 
-  /// Empty where the motions determine no arm.
-  MatrixXd left(double delay) const {
+  BestArm at(double delay) const {
     const identification::JointMotion motion = merged_motion(cell_, motions_, delay);
-    const auto found = identification::identify_dynamics(motion, model_, options_);
-    return found.fit.usable() ? left_where_known(motion, found.predicted) : MatrixXd();
+    BestArm out{{}, delay, identification::identify_dynamics(motion, model_, options_)};
+    if (out.found.fit.usable()) out.left = left_where_known(motion, out.found.predicted);
+    return out;
   }
 
  private:
@@ -153,16 +154,15 @@ VectorXd spread_of_torques(const cell::Cell& cell, const std::vector<cell::Exper
 BestArm best_arm_with_delay(const cell::Cell& cell, const std::vector<cell::Experiment>& motions,
                             const std::vector<int>& live) {
   const DelayedFit fit(cell, motions);
-  const MatrixXd on_time = fit.left(0.0);
-  if (on_time.size() == 0 || live.empty()) return {on_time, 0.0};
-  const DelayLikelihood likelihood(on_time, spread_of_torques(cell, motions), live);
-  const auto cost = [&](double delay) { return likelihood.cost(delay == 0.0 ? on_time : fit.left(delay)); };
+  const BestArm on_time = fit.at(0.0);
+  if (on_time.left.size() == 0 || live.empty()) return on_time;
+  const DelayLikelihood likelihood(on_time.left, spread_of_torques(cell, motions), live);
+  const auto cost = [&](double delay) { return likelihood.cost((delay == 0.0 ? on_time : fit.at(delay)).left); };
   const double row = middle_step(motions.front().data.column("t"));
   const double delay = best_delay(std::max(row, min_delay_step), cost);
-  if (std::abs(delay) < row / 2) return {on_time, 0.0};
-  const MatrixXd delayed = fit.left(delay);
-  if (!(likelihood.cost(on_time) - likelihood.cost(delayed) >= clear_delay)) return {on_time, 0.0};
-  return {delayed, delay};
+  if (std::abs(delay) < row / 2) return on_time;
+  BestArm delayed = fit.at(delay);
+  return likelihood.cost(on_time.left) - likelihood.cost(delayed.left) >= clear_delay ? delayed : on_time;
 }
 
 }  // namespace kr5::arm_log

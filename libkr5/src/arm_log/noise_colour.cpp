@@ -115,7 +115,8 @@ Columns ripples(const identification::JointMotion& motion, int joint) {
 std::vector<Index> best_columns(MatrixXd columns, VectorXd left) {
   std::vector<Index> out;
   for (int k = 0; k < most_terms && k < columns.cols(); ++k) {
-    const ArrayXd squares = columns.colwise().squaredNorm().transpose().array().max(1e-9 * left.size());
+    const ArrayXd squares =
+        columns.colwise().squaredNorm().transpose().array().max(1e-9 * static_cast<double>(left.size()));
     Index best = 0;
     ((columns.transpose() * left).array().square() / squares).maxCoeff(&best);
     out.push_back(best);

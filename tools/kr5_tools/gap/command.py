@@ -12,7 +12,7 @@ from kr5.logs.compared_source import SourceOptions, input_files
 from kr5_tools.cli import arguments, tables, terminal
 from kr5_tools.cli.arm_file import BaseOption, TipOption
 from kr5_tools.cli.table_options import ColumnsOption, EpisodesOption
-from kr5_tools.gap import bench, diagnose, effects, explain, plan
+from kr5_tools.gap import bench, compare, diagnose, effects, explain, plan
 from kr5_tools.gap.source import (
     ModelOption,
     SetOption,
@@ -26,6 +26,7 @@ from kr5_tools.gap.terminal_report import print_measure
 
 app = typer.Typer(no_args_is_help=True)
 bench.add_to(app)
+compare.add_to(app)
 diagnose.add_to(app)
 effects.add_to(app)
 explain.add_to(app)

@@ -74,6 +74,7 @@ def report(
 PAGES = {
     "kr5-bin-run/1": "picking.run_statistics",
     "kr5-dynamics/1": "identify.dynamics_page",
+    "kr5-gap-comparison/1": "gap.compare_page",
     "kr5-gap-explanation/1": "gap.explain_page",
     "kr5-gap-measure/1": "gap.measure_page",
     "kr5-gap-plan/1": "gap.plan_page",

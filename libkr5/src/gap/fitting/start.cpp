@@ -9,7 +9,7 @@
 
 #include <kr5/cell/effect.hpp>
 
-#include "gap/estimated_effect.hpp"
+#include <kr5/gap/estimated_effect.hpp>
 
 namespace kr5::gap {
 namespace {
