@@ -65,9 +65,16 @@ struct Difference {
   std::vector<EffectChange> changes;
 };
 
+bool is_quotient(const gap::EffectName& effect, const std::string& name) {
+  return std::ranges::any_of(cell::find_effect(effect.effect).parameters, [&](const cell::EffectParameter& p) {
+    return p.name == name && p.coordinate == cell::CoordinateKind::Quotient && !p.nominal;
+  });
+}
+
 /// Numbers of a parameter as a cell has it: set as an effect, or as the model states it; empty where it does neither.
 std::vector<double> stated(const cell::Cell& cell, const gap::EffectName& effect, const gap::ParameterEstimate& p) {
   auto value = cell::get_effect(cell.effects, effect.effect, effect.target, p.name);
+  if (!value && is_quotient(effect, p.name)) return {};  // the centre of a mass that is not there
   if (!value) value = cell::nominal_value(cell, effect.effect, effect.target, p.name);
   if (!value) return std::vector<double>(p.value.size() == 1 ? 1 : 0, 0.0);
   if (const auto* number = std::get_if<double>(&*value)) return {*number};

@@ -34,8 +34,9 @@ std::string values_text(const ParameterChange& p, const std::string& target) {
 std::string rest_text(const RecordingComparison& c) {
   const gap::Diagnosis& d = c.difference;
   const std::string gaps = gap_text(d.reduction.before) + " to " + gap_text(d.reduction.after) + " times the noise";
-  if (d.verdict == gap::Verdict::Explained) return "With this the difference falls from " + gaps + ".";
-  return "With this the difference falls from " + gaps + ", and the rest of it is not explained.";
+  const std::string out =
+      std::string("With ") + (c.changes.size() == 1 ? "it" : "them") + " the difference falls from " + gaps;
+  return out + (d.verdict == gap::Verdict::Explained ? "." : ", and the rest is not explained.");
 }
 
 std::string difference_text(const RecordingComparison& c) {
@@ -44,7 +45,8 @@ std::string difference_text(const RecordingComparison& c) {
     return "The recordings differ by " + gap_text(c.difference.reduction.before) +
            " times the noise, and no effect of the catalogue explains it.";
   std::string out = change_text(c.changes[0]);
-  if (c.changes.size() > 1) out += " " + std::to_string(c.changes.size() - 1) + " more effects differ.";
+  if (c.changes.size() == 2) out += " " + capitalised(gap::effect_text(c.changes[1])) + " differs, too.";
+  if (c.changes.size() > 2) out += " " + std::to_string(c.changes.size() - 1) + " more effects differ.";
   return out + " " + rest_text(c);
 }
 

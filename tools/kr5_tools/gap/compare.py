@@ -101,7 +101,7 @@ def print_comparison(found: kr5.arm_log.RecordingComparison, to: Console) -> Non
     if found.changes:
         shown = changes_table([change.to_dict() for change in found.changes])
         to.print()
-        to.print(tables.make_table(shown["title"], shown["columns"], shown["rows"], text=(0, 1, 5)))
+        to.print(tables.make_table(shown["title"], shown["columns"], shown["rows"], text=(1,)))
     if found.common:
         to.print("\nIn both recordings, other than in the model", style="bold")
         for text in common_texts([name.to_dict() for name in found.common]):

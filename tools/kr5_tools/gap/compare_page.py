@@ -11,6 +11,7 @@ from kr5_tools.pages.tables_page import write_tables_page
 
 TITLE = "Difference between recordings"
 NARROW = 5.0  # [in]: readable on a phone
+POSE_NUMBERS = 16  # of a 4x4 matrix
 
 
 def write_page(data: dict[str, Any], source: str, output: Path, png: Path | None) -> list[Path]:
@@ -23,7 +24,7 @@ def write_page(data: dict[str, Any], source: str, output: Path, png: Path | None
     if data["common"]:
         items = common_texts(data["common"])
         parts.append({"title": "In both recordings", "texts": [f"{t}." for t in items], "plots": [], "tables": []})
-    if columns := data["difference"]["reduction"]["columns"]:
+    if columns := data["difference"]["shrink"]["columns"]:
         text = "Gap between the recordings in every column that differs; noise alone leaves 1."
         plot = Plot("columns", "Columns", text, columns_figure(columns))
         parts.append({"title": "Where they differ", "texts": [], "plots": [plot], "tables": []})
@@ -38,7 +39,7 @@ def changes_table(changes: list[dict[str, Any]]) -> dict[str, Any]:
         for parameter in change["parameters"]
         for row in _parameter_rows(change, parameter, change["parameters"].index(parameter) == 0)
     ]
-    columns = ["effect", "parameter", "first", "second", "change", "unit", "probability"]
+    columns = ["effect", "parameter", "first", "second", "change", "probability"]
     return {"title": "Changes", "columns": columns, "rows": rows, "texts": []}
 
 
@@ -46,7 +47,7 @@ def common_texts(names: list[dict[str, Any]]) -> list[str]:
     return [effect_text(name["effect"], name["target"]) for name in names]
 
 
-def columns_figure(columns: list[dict[str, Any]]) -> Any:
+def columns_figure(columns: dict[str, list[float]]) -> Any:
     """The gap of each column before and after the changes."""
     import numpy as np
 
@@ -55,10 +56,12 @@ def columns_figure(columns: list[dict[str, Any]]) -> Any:
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(NARROW, 1.4 + 0.38 * len(columns)))
         at = np.arange(len(columns))
-        axes.barh(at - 0.2, [c["before"] for c in columns], height=0.38, color=RED, label="between the recordings")
-        axes.barh(at + 0.2, [c["after"] for c in columns], height=0.38, color=BLUE, label="with the changes")
+        axes.barh(
+            at - 0.2, [before for before, _ in columns.values()], height=0.38, color=RED, label="between the recordings"
+        )
+        axes.barh(at + 0.2, [after for _, after in columns.values()], height=0.38, color=BLUE, label="with the changes")
         axes.axvline(1.0, color=GREY, linewidth=0.8)
-        axes.set_yticks(at, [c["column"] for c in columns], fontsize=8)
+        axes.set_yticks(at, list(columns), fontsize=8)
         axes.invert_yaxis()
         axes.set_xlabel("gap [-]")
         axes.legend(loc="lower right", fontsize=8)
@@ -68,8 +71,8 @@ def columns_figure(columns: list[dict[str, Any]]) -> Any:
 
 def _parameter_rows(change: dict[str, Any], parameter: dict[str, Any], first: bool) -> list[list[str]]:
     either = parameter["second"] or parameter["first"]
-    if len(either) == len(POSE):
-        return [[effect_text(change["effect"], change["target"]), parameter["name"], NONE, "pose", NONE, "", ""]]
+    if len(either) == POSE_NUMBERS:
+        return [[effect_text(change["effect"], change["target"]), parameter["name"], NONE, "pose", NONE, ""]]
     factor, unit = display_unit(parameter["unit"], either, change["target"])
     rows = []
     for k, std in enumerate(parameter["std"]):
@@ -83,18 +86,14 @@ def _parameter_rows(change: dict[str, Any], parameter: dict[str, Any], first: bo
         rows.append(
             [
                 effect_text(change["effect"], change["target"]) if named else "",
-                parameter["name"].replace("_", " ") + axis,
+                f"{parameter['name'].replace('_', ' ')}{axis} [{unit or '-'}]",
                 before,
                 now,
                 difference,
-                unit,
                 format_percent(change["probability"]) if named else "",
             ]
         )
     return rows
-
-
-POSE = range(16)  # numbers of a 4x4 matrix
 
 
 def _number(values: list[float], k: int, factor: float, std: float) -> str:
