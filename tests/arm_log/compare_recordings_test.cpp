@@ -85,6 +85,8 @@ TEST_CASE("a payload is the only change between logs with and without it") {
   check_only(taken_off, "payload", "tool");
   const auto& mass = taken_off.changes[0].parameters.at(0);
   CHECK(mass.first.at(0) == Approx(1.2).margin(4 * mass.std[0]));
+  CHECK(taken_off.reversed);
+  CHECK(taken_off.changes[0].parameters.at(1).second.empty());  // what is not there has no centre of mass
 }
 
 TEST_CASE("recordings of different robots are not compared") {

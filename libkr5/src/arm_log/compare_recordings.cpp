@@ -65,18 +65,19 @@ struct Difference {
   std::vector<EffectChange> changes;
 };
 
-bool is_quotient(const gap::EffectName& effect, const std::string& name) {
-  return std::ranges::any_of(cell::find_effect(effect.effect).parameters, [&](const cell::EffectParameter& p) {
-    return p.name == name && p.coordinate == cell::CoordinateKind::Quotient && !p.nominal;
+/// Whether a cell carries an effect beside its nominal parameters.
+bool is_active(const cell::Cell& cell, const gap::EffectName& name) {
+  return std::ranges::any_of(cell::active_effects(cell.effects), [&](const cell::ActiveEffect& active) {
+    return active.id == name.effect && active.target == name.target;
   });
 }
 
-/// Numbers of a parameter as a cell has it: set as an effect, or as the model states it; empty where it does neither.
+/// Numbers of a parameter as a cell has it: set as an effect, or as the model states it. Of an effect that is not there
+/// its first parameter is 0, and the others have no value: a payload without mass has no centre of mass.
 std::vector<double> stated(const cell::Cell& cell, const gap::EffectName& effect, const gap::ParameterEstimate& p) {
-  auto value = cell::get_effect(cell.effects, effect.effect, effect.target, p.name);
-  if (!value && is_quotient(effect, p.name)) return {};  // the centre of a mass that is not there
-  if (!value) value = cell::nominal_value(cell, effect.effect, effect.target, p.name);
-  if (!value) return std::vector<double>(p.value.size() == 1 ? 1 : 0, 0.0);
+  const auto value = is_active(cell, effect) ? cell::get_effect(cell.effects, effect.effect, effect.target, p.name)
+                                             : cell::nominal_value(cell, effect.effect, effect.target, p.name);
+  if (!value) return std::vector<double>(cell::find_effect(effect.effect).parameters.front().name == p.name, 0.0);
   if (const auto* number = std::get_if<double>(&*value)) return {*number};
   if (const auto* vector = std::get_if<Eigen::VectorXd>(&*value)) return {vector->begin(), vector->end()};
   return {};
@@ -151,7 +152,9 @@ RecordingComparison compare_recordings(const cell::Recording& first, const cell:
   Difference found = difference_from(first, tuned, second, simulator, in_part(options, 1, "difference"));
   if (!is_settled(found.diagnosis) ||
       found.changes.size() > 1) {  // a load that was taken off is one from the other side
-    Difference back = difference_from(second, tuned, first, simulator, in_part(options, 2, "difference, reversed"));
+    const gap::DiagnoseOptions last = in_part(options, 2, "difference, reversed");
+    const cell::Cell other = physics::fold_effects(arm_log::diagnose(second, simulator, last).cell).cell;
+    Difference back = difference_from(second, other, first, simulator, last);
     out.reversed = is_better(back, found);
     if (out.reversed) {
       found = std::move(back);

@@ -64,9 +64,7 @@ std::string change_text(const EffectChange& change) {
 std::string text(const RecordingComparison& c) {
   if (c.common.empty()) return difference_text(c);
   const std::string count = std::to_string(c.common.size()) + (c.common.size() == 1 ? " effect" : " effects");
-  return difference_text(c) + " Both differ from the model by " + count +
-         ", with which the gap of the second falls from " + gap_text(c.gap_with_model) + " to " +
-         gap_text(c.gap_with_first) + ".";
+  return difference_text(c) + " Both differ from the model by " + count + ".";
 }
 
 }  // namespace kr5::arm_log

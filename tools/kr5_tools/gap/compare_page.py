@@ -39,7 +39,7 @@ def changes_table(changes: list[dict[str, Any]]) -> dict[str, Any]:
         for parameter in change["parameters"]
         for row in _parameter_rows(change, parameter, change["parameters"].index(parameter) == 0)
     ]
-    columns = ["effect", "parameter", "first", "second", "change", "probability"]
+    columns = ["effect", "parameter", "first", "second", "change", "probable"]
     return {"title": "Changes", "columns": columns, "rows": rows, "texts": []}
 
 
@@ -90,10 +90,14 @@ def _parameter_rows(change: dict[str, Any], parameter: dict[str, Any], first: bo
                 before,
                 now,
                 difference,
-                format_percent(change["probability"]) if named else "",
+                _short_percent(change["probability"]) if named else "",
             ]
         )
     return rows
+
+
+def _short_percent(share: float) -> str:
+    return format_percent(share).replace("more than", ">").replace("less than", "<")
 
 
 def _number(values: list[float], k: int, factor: float, std: float) -> str:
