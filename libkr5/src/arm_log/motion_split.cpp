@@ -34,7 +34,8 @@ constexpr double fit_share = 0.7;        // of the motion
 constexpr double moving_speed = 0.02;    // at its first rows, above which a motion does not begin at rest
 constexpr Index fewest_split_rows = 10;  // of a part
 constexpr Index most_thinning = 2;       // by which a part has fewer rows than its motion needs
-constexpr Index stretches = 10;          // of a part that is too long
+constexpr Index stretches = 10;          // of a part that is too long, at least
+constexpr double most_longer = 4.0;      // times these, of a part that is much longer
 constexpr Index most_judged_rows = 50000;
 constexpr double stretch_length = 10.0;  // of an arm that is simulated so [s]
 constexpr double stretch_lead_in = 2.0;  // before each of them [s]
@@ -227,9 +228,12 @@ std::vector<MotionSpan> stretches_of(const Piece& piece, const LoggedMotion& log
   const int stride = needed_stride(piece, log);
   if (piece.rows.size() / stride <= most) return {piece.span};
   const Index length = most / stretches * stride;
+  // A longer log tells more: four times the rows half the interval, up to what a diagnosis has time for.
+  const double longer = std::sqrt(static_cast<double>(piece.rows.size() / stride) / static_cast<double>(most));
+  const auto count = static_cast<Index>(stretches * std::min(longer, most_longer));
   std::vector<MotionSpan> out;
-  for (Index k = 0; k < stretches; ++k) {
-    const Index first = piece.rows.first + k * (piece.rows.size() - length) / (stretches - 1);
+  for (Index k = 0; k < count; ++k) {
+    const Index first = piece.rows.first + k * (piece.rows.size() - length) / (count - 1);
     if (!joints_move(log.q.middleRows(first, length))) continue;
     MotionSpan span = piece.span;
     span.stretch = true;
