@@ -76,7 +76,8 @@ TEST_CASE("a payload is the only change between logs with and without it") {
   cell::set_effect(loaded, "payload", "tool", "com", Eigen::VectorXd(Eigen::Vector3d(0.02, 0.0, 0.06)));
   const auto found = compared(worn_arm(), loaded);
   check_only(found, "payload", "tool");
-  CHECK(found.changes[0].parameters.at(0).second.at(0) == Approx(1.2).margin(4 * found.changes[0].parameters[0].std[0]));
+  CHECK(found.changes[0].parameters.at(0).second.at(0) ==
+        Approx(1.2).margin(4 * found.changes[0].parameters[0].std[0]));
 
   const auto taken_off = compared(loaded, worn_arm());
   INFO(text(taken_off));

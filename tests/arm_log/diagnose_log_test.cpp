@@ -31,6 +31,17 @@ TEST_CASE("dry friction of a joint, of which the model says nothing, is named wi
   CHECK(found.diagnosis.cell.effects.number("coulomb_friction", "coulomb", 1) == Approx(2.5).epsilon(0.1));
 }
 
+TEST_CASE("dry friction is named in a log whose efforts are rounded to half of it") {
+  cell::Cell arm = moved_arm();
+  arm.drives->friction.coulomb[1] = 4.0;
+  arm_log::ArmLog log = logged(arm);
+  log.effort = 2.0 * (log.effort / 2.0).array().round();
+  const arm_log::LogDiagnosis found = arm_log::diagnose_log(log, described_arm());
+  INFO(text(found.diagnosis));
+  CHECK(names_only(found.diagnosis, {{"coulomb_friction", "joint2"}}));
+  CHECK(found.diagnosis.cell.effects.number("coulomb_friction", "coulomb", 1) == Approx(4.0).epsilon(0.1));
+}
+
 TEST_CASE("the log that ships is diagnosed against its description") {
   const std::filesystem::path folder = std::filesystem::path(KR5_SHARE_DIR) / "data/arm_log";
   const cell::Cell model = cell::import_urdf(folder / "arm.urdf").cell;

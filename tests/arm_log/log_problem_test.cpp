@@ -47,6 +47,36 @@ TEST_CASE("nothing speaks against a sound log, friction or not") {
   CHECK(problems_of(logged(arm)).empty());
 }
 
+TEST_CASE("a load that is another joint's is told, not blamed on the arm") {
+  arm_log::ArmLog log = logged(moved_arm());
+  log.effort.col(2) = 0.5 * log.effort.col(1);
+  const LogProblem found = first_problem(log);
+  CHECK(found.kind == LogProblemKind::Copy);
+  CHECK(found.joint == 2);
+  CHECK(found.other == 1);
+  CHECK_THROWS_WITH(arm_log::diagnose_log(log, limited_arm()), Contains("the load of joint 2, in every row"));
+}
+
+TEST_CASE("loads without their sign are told as such, not as a reversed joint") {
+  arm_log::ArmLog log = logged(moved_arm());
+  log.effort = log.effort.cwiseAbs();
+  const LogProblem found = first_problem(log);
+  CHECK(found.kind == LogProblemKind::Unsigned);
+  CHECK_FALSE(found.columns.empty());
+}
+
+TEST_CASE("negative loads that were read as unsigned numbers are told with what they are too large by") {
+  arm_log::ArmLog log = logged(moved_arm());
+  const double modulus = GENERATE(65536.0, 1024.0);
+  log.effort = log.effort.array().round();
+  REQUIRE(log.effort.cwiseAbs().maxCoeff() < modulus / 4);
+  log.effort = (log.effort.array() < 0).select(log.effort.array() + modulus, log.effort);
+  const LogProblem found = first_problem(log);
+  CHECK(found.kind == LogProblemKind::Wrapped);
+  CHECK(found.found == modulus);
+  CHECK(found.columns.size() >= 2);
+}
+
 TEST_CASE("degrees are recognised by the limits") {
   arm_log::ArmLog log = logged(moved_arm());
   log.q *= 180 / M_PI;

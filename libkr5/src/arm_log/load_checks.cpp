@@ -25,6 +25,11 @@ namespace {
 constexpr double weightless_share = 0.3;  // of what gravity makes, that loads without gravity show
 constexpr double no_gravity = 1e-9;       // [m/s^2]
 constexpr double like_gravity = 0.8;      // correlation of a load with its simulation, from which its shape is right
+constexpr double copied = 1e-6;           // of the spread of a load, by which a copy differs from it
+constexpr double wrapped_share = 0.02;    // of the rows, on each side of zero, of numbers that are read as unsigned
+constexpr double notable_load = 0.2;      // of the largest load, above which its sign counts
+constexpr double one_side = 0.1;          // of the rows, in which the simulation has such a sign
+constexpr double like_size = 0.5;         // correlation of a load with the size of its simulation
 const std::set<std::string> load_channels = {"motor current", "joint torque", "force", "moment"};
 
 std::vector<std::string> load_names(const std::string& family, int joints) {
@@ -74,6 +79,34 @@ std::vector<ComparedLoads> compared_loads(const cell::Cell& cell, const cell::Ex
   return out;
 }
 
+/// Power of two that negative numbers were read too large by: whole numbers, none in the middle half of the range; 0:
+/// they were not.
+double wrapped_at(const VectorXd& x) {
+  if (x.minCoeff() < 0 || (x.array() != x.array().round()).any()) return 0.0;
+  for (const int bits : {8, 10, 12, 16, 32}) {
+    const double modulus = std::ldexp(1.0, bits);
+    if (x.maxCoeff() >= modulus) continue;
+    const double low = static_cast<double>((x.array() < modulus / 4).count()) / static_cast<double>(x.size()),
+                 high = static_cast<double>((x.array() >= 3 * modulus / 4).count()) / static_cast<double>(x.size());
+    return low > wrapped_share && high > wrapped_share && low + high == 1.0 ? modulus : 0.0;
+  }
+  return 0.0;
+}
+
+/// Whether a load never changes its sign, is like the size of its simulation, and that has both signs.
+bool lacks_sign(const VectorXd& x, const VectorXd& simulated) {
+  if (x.minCoeff() < 0 && x.maxCoeff() > 0) return false;
+  const double most = simulated.cwiseAbs().maxCoeff();
+  const auto share = [&](double side) {
+    return static_cast<double>((side * simulated.array() > notable_load * most).count()) /
+           static_cast<double>(simulated.size());
+  };
+  if (std::min(share(1.0), share(-1.0)) < one_side) return false;
+  const double sign = x.maxCoeff() > 0 ? 1.0 : -1.0;
+  const double as_size = sign * load_correlations(x, simulated.cwiseAbs())(0, 0);
+  return as_size > like_size && as_size > std::abs(load_correlations(x, simulated)(0, 0));
+}
+
 struct Objections {
   std::vector<LogProblem> problems;
   bool recognised = true;  // the columns of every channel are like their simulation
@@ -107,6 +140,8 @@ std::optional<cell::Cell> without_friction(const cell::Cell& cell) {
 
 std::vector<LogProblem> find_load_problems(const cell::Cell& cell, const cell::Experiment& experiment) {
   if (const auto found = check_constant(cell, experiment)) return {*found};
+  if (auto found = check_copies(cell, experiment); !found.empty()) return found;
+  if (const auto found = check_signs(cell, experiment)) return {*found};
   if (auto found = check_saturated(cell, experiment); !found.empty()) return found;
   if (const auto found = check_reading(cell, experiment)) return {*found};
   if (const auto found = check_weight(cell, experiment)) return {*found};
@@ -126,6 +161,49 @@ std::optional<LogProblem> check_constant(const cell::Cell& cell, const cell::Exp
   if ((loads.rowwise() - loads.row(0)).cwiseAbs().maxCoeff() > 0) return std::nullopt;
   return LogProblem{
       .kind = LogProblemKind::Constant, .columns = load_names(family, cell.robot.joints()), .found = loads(0, 0)};
+}
+
+std::vector<LogProblem> check_copies(const cell::Cell& cell, const cell::Experiment& experiment) {
+  const std::string family = load_family(experiment);
+  if (family.empty()) return {};
+  const MatrixXd loads = joint_columns(experiment, family, cell.robot.joints());
+  std::vector<LogProblem> out;
+  for (Index k = 1; k < loads.cols(); ++k)
+    for (Index j = 0; j < k; ++j) {
+      const VectorXd a = loads.col(j).array() - loads.col(j).mean(), b = loads.col(k).array() - loads.col(k).mean();
+      if (!(a.norm() > 0 && b.norm() > 0)) continue;
+      if ((b - a * (a.dot(b) / a.squaredNorm())).norm() > copied * b.norm()) continue;
+      out.push_back({.kind = LogProblemKind::Copy,
+                     .columns = {family + std::to_string(k + 1)},
+                     .joint = static_cast<int>(k),
+                     .other = static_cast<int>(j)});
+      break;
+    }
+  return out;
+}
+
+std::optional<LogProblem> check_signs(const cell::Cell& cell, const cell::Experiment& experiment) {
+  const std::string family = load_family(experiment);
+  if (family.empty()) return std::nullopt;
+  const int n = cell.robot.joints();
+  const MatrixXd loads = joint_columns(experiment, family, n);
+  LogProblem wrapped{.kind = LogProblemKind::Wrapped}, without{.kind = LogProblemKind::Unsigned};
+  const std::vector<std::string> names = load_names(family, n);
+  const auto simulated = shown(cell, experiment);
+  for (int k = 0; k < n; ++k) {
+    const std::string& name = names[static_cast<std::size_t>(k)];
+    if (const double modulus = wrapped_at(loads.col(k)); modulus > 0) {
+      wrapped.columns.push_back(name);
+      wrapped.found = std::max(wrapped.found, modulus);
+    } else if (simulated && simulated->find(name) >= 0 && lacks_sign(loads.col(k), simulated->column(name))) {
+      without.columns.push_back(name);
+    }
+  }
+  LogProblem& found = wrapped.columns.empty() ? without : wrapped;
+  if (found.columns.empty()) return std::nullopt;
+  if (found.columns.size() == 1)
+    found.joint = static_cast<int>(std::ranges::find(names, found.columns[0]) - names.begin());
+  return found;
 }
 
 std::vector<LogProblem> check_saturated(const cell::Cell& cell, const cell::Experiment& experiment) {

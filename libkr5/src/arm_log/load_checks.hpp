@@ -10,6 +10,10 @@ namespace kr5::arm_log {
 
 /// Loads that are the same in every row, as of a driver that does not measure them.
 std::optional<LogProblem> check_constant(const cell::Cell& cell, const cell::Experiment& experiment);
+/// Loads that are those of another joint.
+std::vector<LogProblem> check_copies(const cell::Cell& cell, const cell::Experiment& experiment);
+/// Loads without their sign, or with negative ones as large numbers.
+std::optional<LogProblem> check_signs(const cell::Cell& cell, const cell::Experiment& experiment);
 /// Loads that are clipped, in which nothing but the limit is seen.
 std::vector<LogProblem> check_saturated(const cell::Cell& cell, const cell::Experiment& experiment);
 /// Loads from which the controller took those of gravity: they are like the simulation of an arm without weight.

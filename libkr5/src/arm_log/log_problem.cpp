@@ -76,6 +76,13 @@ std::string check_text(const LogProblem& problem) {
       return "check the unit and the column of the clock";
     case LogProblemKind::Constant:
       return "check that the driver measures efforts and that publishing them is turned on";
+    case LogProblemKind::Copy:
+      return "name the column that holds the load of this joint";
+    case LogProblemKind::Unsigned:
+      return "the driver logs sizes alone: log loads with their sign, or of a log with commands leave them out";
+    case LogProblemKind::Wrapped:
+      return "they were read as unsigned numbers: subtract this where the value is above half of it, and diagnose "
+             "again";
     case LogProblemKind::Saturated:
       return "sensor, driver or logger clip it: record again with a wider range or a gentler motion";
     case LogProblemKind::Weightless:
@@ -128,7 +135,8 @@ std::string found_commands_text(const LogProblem& problem) {
 std::string columns_text(const LogProblem& problem) {
   const auto& names = problem.columns;
   if (names == std::vector<std::string>{"x", "y", "z"}) return "x y z";
-  const bool all = problem.kind != LogProblemKind::SomeOpposite;
+  const bool all = problem.kind != LogProblemKind::SomeOpposite && problem.kind != LogProblemKind::Unsigned &&
+                   problem.kind != LogProblemKind::Wrapped;
   if (all && names.size() == 2) return names[0] + " and " + names[1];
   if (all && names.size() > 2) return names.front() + " to " + names.back();
   std::string out;
@@ -161,6 +169,12 @@ std::string found_text(const LogProblem& problem, const cell::Cell& cell) {
       return "a row every " + printed("%.3g", problem.found) + " s";
     case LogProblemKind::Constant:
       return "the same value in every row (" + printed("%g", problem.found) + " in " + problem.columns.front() + ")";
+    case LogProblemKind::Copy:
+      return "the load of joint " + std::to_string(problem.other + 1) + ", in every row";
+    case LogProblemKind::Unsigned:
+      return "no sign: where the simulation is on one side of zero and on the other, they are on one";
+    case LogProblemKind::Wrapped:
+      return "negative values as large numbers, " + printed("%.0f", problem.found) + " too large";
     case LogProblemKind::Saturated:
       return "a value that stays at its extreme from " + printed("%.3f", problem.found) + " to " +
              printed("%.3f", problem.found_to) + " s while the arm moves";
@@ -219,6 +233,11 @@ std::string expected_text(const LogProblem& problem, const cell::Cell& cell) {
     case LogProblemKind::Constant:
     case LogProblemKind::Saturated:
       return "values that follow the motion";
+    case LogProblemKind::Copy:
+      return "a load of its own";
+    case LogProblemKind::Unsigned:
+    case LogProblemKind::Wrapped:
+      return "loads with their sign";
     case LogProblemKind::Order:
       return "the order of the model: " + names_in_order(cell, model_order(cell));
     case LogProblemKind::Convention:

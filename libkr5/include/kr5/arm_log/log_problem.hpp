@@ -29,6 +29,9 @@ enum class LogProblemKind {
   SpeedBeyond,        ///< Joints that move at `found` times their limit of speed.
   RowsApart,          ///< A row every `found` [s], beside a servo of another cycle.
   Constant,           ///< Loads that are the same (`found`) in every row.
+  Copy,               ///< A load that is that of joint `other`, or that times a factor, in every row.
+  Unsigned,           ///< Loads without their sign: where the simulation is negative, they are positive.
+  Wrapped,            ///< Negative loads that were read as unsigned numbers, `found` too large.
   Saturated,          ///< A load that stays at its extreme, from `found` to `found_to` [s], while the arm moves.
   Order,              ///< Loads that fit with the joints in the order of `reading`.
   Convention,         ///< Loads that fit with joints counted as in `reading`.
@@ -58,6 +61,9 @@ constexpr auto enum_names(LogProblemKind) {
                                 {SpeedBeyond, "speed_beyond"},
                                 {RowsApart, "rows_apart"},
                                 {Constant, "constant"},
+                                {Copy, "copy"},
+                                {Unsigned, "unsigned"},
+                                {Wrapped, "wrapped"},
                                 {Saturated, "saturated"},
                                 {Order, "order"},
                                 {Convention, "convention"},
@@ -141,7 +147,7 @@ struct LogProblem {
   std::string experiment = {};
   std::vector<std::string> columns = {};  ///< That it speaks of.
   int joint = -1;                         ///< Of the only column, from 0; -1: none.
-  int other = -1;                         ///< The other joint of FollowsAnother, from 0.
+  int other = -1;                         ///< The other joint of FollowsAnother and Copy, from 0.
   double found = 0.0, found_to = 0.0;
   double expected = 0.0, expected_to = 0.0;
   JointReading reading = {};              ///< Of Order and Convention.
@@ -155,7 +161,7 @@ struct LogProblem {
     visit("experiment", self.experiment, "Name of the experiment.");
     visit("columns", self.columns, "Columns that it speaks of.");
     visit("joint", self.joint, "Joint of the only column, from 0; -1: none.");
-    visit("other", self.other, "Joint whose command it follows, from 0; -1: none.");
+    visit("other", self.other, "Joint whose command it follows, or whose load it copies, from 0; -1: none.");
     visit("found", self.found, "What was found, or where it begins, as the kind says.");
     visit("found_to", self.found_to, "Where it ends.");
     visit("expected", self.expected, "What was expected, or where it begins.");

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <kr5/core/linear.hpp>
+#include <limits>
 #include <map>
 #include <optional>
 
@@ -128,6 +129,19 @@ std::optional<Eigen::VectorXd> coarse_positions(const ComparisonData& data, cons
   return values;
 }
 
+/// Whether the smallest step between readings of a load is more than its noise.
+bool is_coarse(const ComparisonData& data, const Block& block) {
+  constexpr double step = 1.5;
+  if (block.kind != cell::Kind::Motion || block.orientation) return false;
+  const io::Table& table = data.experiment(block).data;
+  if (table.find(block.column) < 0) return false;
+  const Eigen::VectorXd values = table.column(block.column);
+  double smallest = std::numeric_limits<double>::infinity();
+  for (Eigen::Index i = 1; i < values.size(); ++i)
+    if (const double d = std::abs(values(i) - values(i - 1)); d > 0) smallest = std::min(smallest, d);
+  return std::isfinite(smallest) && smallest > step * block.sigma;
+}
+
 }  // namespace
 
 int mark_repeats(ComparisonData& data) {
@@ -189,6 +203,7 @@ std::vector<NoiseScale> noise_scales(const ComparisonData& data, const Eigen::Ve
   for (const Block& block : data.blocks) {
     std::vector<double> d;
     if (coarse_positions(data, block)) continue;  // what neighbours show is less than the rounding
+    if (is_coarse(data, block)) continue;         // a median of a few values tells no size
     if (in_order(block.kind))
       d = second_differences(block.rows_of(residual), runs(data.experiment(block)), block.correlation);
     else if (block.kind == cell::Kind::Views)
