@@ -48,8 +48,6 @@ static void bind_hand_eye(py::module_& m) {
   kr5::python::bind_struct<HandEyeView>(m, "HandEyeView", "Robot pose with the view of the target from it.");
   kr5::python::bind_struct<HandEyeOptions>(m, "HandEyeOptions", "Options of calibrate_hand_eye.");
   kr5::python::bind_struct<HandEyeViewReport>(m, "HandEyeViewReport", "Agreement of one view with the result.");
-  kr5::python::bind_struct<SecondMinimum>(m, "SecondMinimum",
-                                          "Another pose that explains the measurements nearly as well.");
   kr5::python::bind_struct<HandEyeResult>(m, "HandEyeResult", "Pose of the camera with its covariance.");
   m.def(
       "calibrate_hand_eye",

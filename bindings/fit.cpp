@@ -12,6 +12,7 @@
 #include <kr5/fit/measurements/pose.hpp>
 #include <kr5/fit/measurements/position.hpp>
 #include <kr5/fit/measurements/sphere_section.hpp>
+#include <kr5/fit/pipeline/second_minimum.hpp>
 #include <kr5/fit/problem.hpp>
 
 #include "struct_binder.hpp"
@@ -90,6 +91,8 @@ void bind_chain(py::module_& m) {
 void bind_results(py::module_& m) {
   bind_struct<UnidentifiableDirection>(m, "UnidentifiableDirection",
                                        "Combination of parameters that the measurements leave open.");
+  bind_struct<pipeline::SecondMinimum>(m, "SecondMinimum",
+                                       "Another answer that explains the measurements nearly as well.");
   bind_struct<SolveOptions>(m, "SolveOptions", "Options of Problem.solve.");
   py::class_<Agreement>(m, "Agreement", "How measurements agree with the others.")
       .def_readonly("squared_distance", &Agreement::squared_distance,

@@ -12,9 +12,8 @@
 #include <kr5/core/linear.hpp>
 #include <kr5/core/random.hpp>
 #include <kr5/core/statistics.hpp>
+#include <kr5/fit/pipeline/sound_probability.hpp>
 #include <kr5/uncertainty/confidence.hpp>
-
-#include "calibration/pipeline/sound_probability.hpp"
 
 namespace kr5::calibration {
 namespace {
@@ -174,8 +173,8 @@ void mark_outliers(const Returns& returns, Group& group, double false_alarm) {
     for (std::size_t k = 0; k < group.size(); ++k) out.push_back(sound_return(returns, group, k, middle));
     return out;
   };
-  pipeline::settle_outliers(weights, false_alarm, static_cast<std::size_t>(least), probabilities,
-                            [&] { std::copy(weights.begin(), weights.end(), group.sound.begin()); });
+  fit::pipeline::settle_outliers(weights, false_alarm, static_cast<std::size_t>(least), probabilities,
+                                 [&] { std::copy(weights.begin(), weights.end(), group.sound.begin()); });
 }
 
 /// The point whose poses a return is among, when it lies nearer to another point than to its own.

@@ -4,12 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <numeric>
 
 #include <Eigen/Cholesky>
 
 #include <kr5/core/error.hpp>
 #include <kr5/core/linear.hpp>
+#include <kr5/fit/pipeline/sound_probability.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 
 namespace kr5::calibration {
@@ -124,9 +124,17 @@ Noise noise_of(const Fit& fit, const ToolOptions& options) {
   return {given ? options.sigma_position * options.sigma_position : fit.cost / fit.dof, given};
 }
 
-/// Chance that a sound pose lies as far from the prediction of the others as pose k does.
+Index in_use(const std::vector<double>& weights) {
+  Index out;
+  for (std::size_t k = 0; k < weights.size(); ++k)
+    if (weights[k] > 0) out.push_back(k);
+  return out;
+}
+
+/// Probability that a sound pose lies as far from the prediction of the others as pose k does.
 double significance(std::span<const Pose> poses, Index used, std::size_t k, const ToolOptions& options) {
   std::erase(used, k);
+  if (used.size() < 4) return 1.0;  // too few to contradict one
   const Fit others = solve_with(poses, used, options);
   const Noise noise = noise_of(others, options);
   const auto A = design(poses[k]);
@@ -134,23 +142,22 @@ double significance(std::span<const Pose> poses, Index used, std::size_t k, cons
       poses[k].linear().transpose() * (others.x.tail<3>() - poses[k].translation()) - others.x.head<3>();
   const Eigen::Matrix3d C = others.cofactor_noise + A * others.cofactor * A.transpose();
   const double squared = e.dot(C.inverse() * e) / std::max(noise.variance, 1e-24);
-  return noise.given ? 1 - uncertainty::chi_square_cdf(squared, 3)
-                     : 1 - uncertainty::fisher_cdf(squared / 3, 3, others.dof);
+  return fit::pipeline::sound_probability(squared, 3, false, noise.given ? uncertainty::known_noise : others.dof);
 }
 
-/// Names contradicting poses, worst first, each against all that are still believed.
-void judge(std::span<const Pose> poses, Index& used, const ToolOptions& options, ToolResult& result) {
-  const double limit = options.outlier_false_alarm / static_cast<double>(poses.size());
-  while (used.size() >= 5) {  // four others are needed to contradict one
-    std::size_t worst = used.front();
-    for (const std::size_t k : used) {
-      result.poses[k].significance = significance(poses, used, k, options);
-      if (result.poses[k].significance < result.poses[worst].significance) worst = k;
-    }
-    if (result.poses[worst].significance >= limit) return;
-    result.poses[worst].outlier = true;
-    std::erase(used, worst);
-  }
+/// Names contradicting poses. Of the pipeline's stages this one alone: the cost is quadratic in tip and point, so that
+/// there is one minimum, and each fit finds the noise.
+std::vector<double> judge(std::span<const Pose> poses, const ToolOptions& options, ToolResult& result) {
+  std::vector<double> weights(poses.size(), 1.0);
+  const auto probabilities = [&] {
+    std::vector<double> out;
+    for (std::size_t k = 0; k < poses.size(); ++k)
+      out.push_back(result.poses[k].significance = significance(poses, in_use(weights), k, options));
+    return out;
+  };
+  fit::pipeline::settle_outliers(weights, options.outlier_false_alarm, 4, probabilities, [] {});
+  for (std::size_t k = 0; k < poses.size(); ++k) result.poses[k].outlier = weights[k] == 0;
+  return weights;
 }
 
 /// How strongly the orientations bear on each direction of the tip: eigenvalues of mean (R_k - R)'(R_k - R).
@@ -266,14 +273,13 @@ ToolResult calibrate_tool(std::span<const Pose> T_base_flange, const ToolOptions
   }
   ToolResult result;
   result.poses.resize(T_base_flange.size());
-  Index used(T_base_flange.size());
-  std::iota(used.begin(), used.end(), 0);
-  excitation(T_base_flange, used, result);
+  std::vector<double> weights(T_base_flange.size(), 1.0);
+  excitation(T_base_flange, in_use(weights), result);
   if (result.rotation_spread[0] < options.min_rotation) return finish(options, result), result;
-  judge(T_base_flange, used, options, result);
-  if (!options.reject_outliers) used.resize(T_base_flange.size()), std::iota(used.begin(), used.end(), 0);
-  excitation(T_base_flange, used, result);
-  fill(T_base_flange, solve_with(T_base_flange, used, options), options, result);
+  const std::vector<double> sound = judge(T_base_flange, options, result);
+  if (options.reject_outliers) weights = sound;
+  excitation(T_base_flange, in_use(weights), result);
+  fill(T_base_flange, solve_with(T_base_flange, in_use(weights), options), options, result);
   finish(options, result);
   return result;
 }

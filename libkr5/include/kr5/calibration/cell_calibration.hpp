@@ -103,12 +103,13 @@ struct CellCalibrationResult {
   std::vector<EstimatedParameter> parameters;           ///< Poses by their change from the start.
   Eigen::MatrixXd parameter_covariance;                 ///< In the order and units of `parameters`.
   std::vector<fit::UnidentifiableDirection> unidentifiable;
-  double sigma_pixel = 0.0;              ///< [px]
-  double sigma_robot_position = 0.0;     ///< [m]
-  double sigma_robot_rotation = 0.0;     ///< [rad]
-  double tolerance_length = 0.0;         ///< [m]
-  double tolerance_angle = 0.0;          ///< [rad]
-  double covariance_dof = 0.0;           ///< [-]
+  double sigma_pixel = 0.0;           ///< [px]
+  double sigma_robot_position = 0.0;  ///< [m]
+  double sigma_robot_rotation = 0.0;  ///< [rad]
+  double tolerance_length = 0.0;      ///< [m]
+  double tolerance_angle = 0.0;       ///< [rad]
+  double covariance_dof = 0.0;        ///< [-]
+  std::optional<fit::pipeline::SecondMinimum> second;
   HandEyeResult start;                   ///< Camera, markers and arm as they were given.
   ScannerResult scanner_start;           ///< Scanner alone, where there is one.
   std::vector<HandEyeViewReport> views;  ///< In input order.
@@ -145,6 +146,8 @@ struct CellCalibrationResult {
     visit("tolerance_angle", self.tolerance_angle, "Spread of true about nominal angles, given or estimated [rad].");
     visit("covariance_dof", self.covariance_dof,
           "Degrees of freedom behind the robot noise, by which the covariances are already inflated [-].");
+    visit("second", self.second,
+          "Another pose of the camera that explains the stops nearly as well; without a value: there is none near.");
     visit("start", self.start, "Hand-eye calibration with camera, markers and arm as they were given.");
     visit("scanner_start", self.scanner_start, "Calibration of the scanner alone, where there is one.");
     visit("views", self.views, "Agreement of each view, in input order.");

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include <kr5/calibration/second_minimum.hpp>
 #include <kr5/core/fit_report.hpp>
+#include <kr5/fit/pipeline/second_minimum.hpp>
 #include <kr5/geometry/mount.hpp>
 #include <kr5/geometry/pinhole.hpp>
 #include <kr5/geometry/pose.hpp>
@@ -93,7 +93,7 @@ struct HandEyeResult {
   double sigma_robot_rotation = 0.0;            ///< [rad]
   double sigma_camera_rotation = 0.0;           ///< [rad]
   std::vector<HandEyeViewReport> views;         ///< In input order.
-  std::optional<SecondMinimum> second;
+  std::optional<fit::pipeline::SecondMinimum> second;
   FitReport fit;  ///< Look at `fit.usable()` before the poses.
 
   static void each_field(auto& self, auto&& visit) {

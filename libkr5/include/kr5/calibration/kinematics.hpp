@@ -7,8 +7,8 @@
 #include <vector>
 
 #include <kr5/calibration/estimated_parameter.hpp>
-#include <kr5/calibration/second_minimum.hpp>
 #include <kr5/core/fit_report.hpp>
+#include <kr5/fit/pipeline/second_minimum.hpp>
 #include <kr5/fit/solution.hpp>
 #include <kr5/geometry/pinhole.hpp>
 #include <kr5/kinematics/dh_chain.hpp>
@@ -159,7 +159,7 @@ struct KinematicsResult {
   double tolerance_compliance = 0.0;  ///< [rad/(N m) or m/N]
   double dof = 0.0;                   ///< [-]
   std::vector<ArmPostureReport> postures;
-  std::optional<SecondMinimum> second;
+  std::optional<fit::pipeline::SecondMinimum> second;
   FitReport fit;
 
   static void each_field(auto& self, auto&& visit) {

@@ -9,7 +9,7 @@
 #include <kr5/calibration/estimated_parameter.hpp>
 #include <kr5/calibration/kinematics.hpp>
 #include <kr5/calibration/profile_features.hpp>
-#include <kr5/calibration/second_minimum.hpp>
+#include <kr5/fit/pipeline/second_minimum.hpp>
 #include <kr5/fit/solution.hpp>
 
 /// @file
@@ -144,7 +144,7 @@ struct ScannerResult {
   double held_out_rms = 0.0;      ///< [m]
   std::vector<ScannerViewReport> views;
   std::vector<ScannerCause> causes;
-  std::optional<SecondMinimum> second;
+  std::optional<fit::pipeline::SecondMinimum> second;
   FitReport fit;
 
   static void each_field(auto& self, auto&& visit) {

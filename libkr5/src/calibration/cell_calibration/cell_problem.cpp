@@ -8,7 +8,7 @@
 #include <kr5/core/error.hpp>
 #include <kr5/fit/measurements/pixels.hpp>
 
-#include "calibration/pipeline/arm_prior.hpp"
+#include "calibration/parameters/arm_prior.hpp"
 
 namespace kr5::calibration::cell_calibration {
 namespace {
@@ -70,7 +70,7 @@ void CellProblem::add_markers(const CellInput& input) {
 void CellProblem::add_arm(const CellInput& input, const CellSigmas& sigmas) {
   if (!input.has_arm()) return;
   arm = fit.add_arm("arm", input.believed.arm);
-  pipeline::free_arm(fit, arm, input.believed.arm, sigmas.length, sigmas.angle);
+  parameters::free_arm(fit, arm, input.believed.arm, sigmas.length, sigmas.angle);
   if (holds(input.options, "arm")) fit.hold(arm);
 }
 

@@ -9,12 +9,12 @@
 #include <Eigen/Dense>
 #include <kr5/core/error.hpp>
 #include <kr5/core/statistics.hpp>
+#include <kr5/fit/pipeline/pipeline.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 
 #include "calibration/hand_eye/fit.hpp"
 #include "calibration/hand_eye/second_pose.hpp"
 #include "calibration/hand_eye/start.hpp"
-#include "calibration/pipeline/pipeline.hpp"
 
 namespace kr5::calibration {
 namespace {
@@ -207,7 +207,7 @@ struct HandEyeCalibration {
   double initial_rms = 0.0;
 
   std::vector<RobustStart> starts() const;
-  pipeline::Minimum<RobustStart> descend(const RobustStart& from) const { return {from, from.trimmed}; }
+  fit::pipeline::Minimum<RobustStart> descend(const RobustStart& from) const { return {from, from.trimmed}; }
   void begin(const RobustStart& place);
   void find_noise() { fit.settle(options.max_iterations, false); }
   std::vector<double> probabilities();
@@ -216,7 +216,7 @@ struct HandEyeCalibration {
   }
   double false_alarm() const { return options.outlier_false_alarm; }
   RobustStart place() const;
-  pipeline::Minimum<RobustStart> revisit(const RobustStart& from) const;
+  fit::pipeline::Minimum<RobustStart> revisit(const RobustStart& from) const;
   bool same(const RobustStart& one, const RobustStart& other) const {
     return same_poses(one.poses, other.poses, fit.variances.lever);
   }
@@ -262,14 +262,14 @@ RobustStart HandEyeCalibration::place() const { return {fit.poses(), chosen_of(f
 
 /// All views, robust, with the variances that were found; the cost is that of a Student distribution, as the fit has
 /// it.
-pipeline::Minimum<RobustStart> HandEyeCalibration::revisit(const RobustStart& from) const {
+fit::pipeline::Minimum<RobustStart> HandEyeCalibration::revisit(const RobustStart& from) const {
   constexpr double student = 4.0;
   HandEyeFit other(fit.mount(), fit.camera(), fit.views());
   other.begin_at(from.poses, believing(fit.views(), from.chosen));
   other.variances = fit.variances;
   other.variances.free = {false, false, false};
   other.settle(options.max_iterations, true);
-  pipeline::Minimum<RobustStart> out{{other.poses(), chosen_of(other.views()), 0.0}, 0.0};
+  fit::pipeline::Minimum<RobustStart> out{{other.poses(), chosen_of(other.views()), 0.0}, 0.0};
   for (std::size_t i = 0; i < weights.size(); ++i) {
     const auto view = other.linear(i);
     const double squared = view ? view->y.dot(other.variances.of(*view).ldlt().solve(view->y)) : 1e9;
@@ -305,10 +305,10 @@ HandEyeResult calibrate_hand_eye(std::span<const HandEyeView> views, const Pinho
   HandEyeFit fit(options.mount, camera, std::move(observed_views));
   fit.variances.lever = usual_reach(views);
   std::string reason = "fewer than three views give a pose of the target";
-  std::optional<pipeline::Rival<RobustStart>> rival;
+  std::optional<fit::pipeline::Rival<RobustStart>> rival;
   if (index.size() >= 3) {
     HandEyeCalibration calibration{fit, options, fit.weights};
-    rival = pipeline::run(calibration);
+    rival = fit::pipeline::run(calibration);
     out.fit.initial_rms = calibration.initial_rms;
     reason = why_degenerate(fit, options);
     write_result(fit, out);

@@ -3,8 +3,9 @@
 
 #include <string>
 
+#include <kr5/fit/pipeline/pipeline.hpp>
+
 #include "calibration/hand_eye/start.hpp"
-#include "calibration/pipeline/pipeline.hpp"
 
 /// @file
 /// Private: what a hand-eye calibration says of another pose of its camera.
@@ -13,6 +14,7 @@ namespace kr5::calibration::hand_eye {
 
 /// Tells the second minimum where it is near, and refuses the result where the two cannot be told apart. `dof`: of the
 /// noise; `data`: what was measured, in words.
-void judge_second(const pipeline::Rival<RobustStart>& rival, double dof, const std::string& data, HandEyeResult& out);
+void judge_second(const fit::pipeline::Rival<RobustStart>& rival, double dof, const std::string& data,
+                  HandEyeResult& out);
 
 }  // namespace kr5::calibration::hand_eye

@@ -11,6 +11,7 @@
 #include <kr5/core/error.hpp>
 #include <kr5/core/statistics.hpp>
 #include <kr5/fit/measurements/pose.hpp>
+#include <kr5/fit/pipeline/pipeline.hpp>
 #include <kr5/fit/problem.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 
@@ -18,7 +19,6 @@
 #include "calibration/hand_eye/second_pose.hpp"
 #include "calibration/hand_eye/start.hpp"
 #include "calibration/hand_eye_pairs/check_pairs.hpp"
-#include "calibration/pipeline/pipeline.hpp"
 
 namespace kr5::calibration {
 namespace {
@@ -55,7 +55,7 @@ class PairsFit {
   }
 
   std::vector<RobustStart> starts() const;
-  pipeline::Minimum<RobustStart> descend(const RobustStart& from) const { return {from, from.trimmed}; }
+  fit::pipeline::Minimum<RobustStart> descend(const RobustStart& from) const { return {from, from.trimmed}; }
   void begin(const RobustStart& place);
   /// Poses and free variances in turn, until the variances no longer change.
   void find_noise();
@@ -63,7 +63,7 @@ class PairsFit {
   std::size_t fewest() const { return std::max<std::size_t>(least(), 4); }
   double false_alarm() const { return options_.outlier_false_alarm; }
   RobustStart place() const { return {poses_, std::vector<int>(pairs_.size(), 0), 0.0}; }
-  pipeline::Minimum<RobustStart> revisit(const RobustStart& from) const;
+  fit::pipeline::Minimum<RobustStart> revisit(const RobustStart& from) const;
   bool same(const RobustStart& one, const RobustStart& other) const {
     return same_poses(one.poses, other.poses, variances_.lever);
   }
@@ -127,7 +127,7 @@ void PairsFit::begin(const RobustStart& place) {
 }
 
 /// All pairs, robust, with the variances that were found.
-pipeline::Minimum<RobustStart> PairsFit::revisit(const RobustStart& from) const {
+fit::pipeline::Minimum<RobustStart> PairsFit::revisit(const RobustStart& from) const {
   PairsFit other(pairs_, options_);
   other.poses_ = from.poses;
   other.variances_ = variances_;
@@ -209,8 +209,8 @@ double PairsFit::probability(std::size_t i) const {
   // have agreed to leave out, that counts.
   const double numbers = static_cast<double>(inside());
   const double dof = std::max(weights[i] > 0 ? 6 * numbers - 12 : 3 * numbers - 6, 7.0);
-  return pipeline::sound_probability(agreement.squared_distance, agreement.dof, weights[i] > 0,
-                                     known ? uncertainty::known_noise : dof);
+  return fit::pipeline::sound_probability(agreement.squared_distance, agreement.dof, weights[i] > 0,
+                                          known ? uncertainty::known_noise : dof);
 }
 
 std::vector<double> PairsFit::probabilities() const {
@@ -272,7 +272,7 @@ HandEyeResult calibrate_hand_eye_pairs(std::span<const PosePair> pairs, const Ha
   check_pairs(pairs);
   HandEyeResult out;
   PairsFit fit(pairs, options);
-  const auto rival = pipeline::run(fit);
+  const auto rival = fit::pipeline::run(fit);
   fit.write(out);
   if (rival) judge_second(*rival, fit.dof(), "pairs of poses", out);
   return out;

@@ -16,7 +16,7 @@
 #include <kr5/geometry/point_alignment.hpp>
 
 #include "calibration/hand_eye/closed_form.hpp"
-#include "calibration/pipeline/arm_prior.hpp"
+#include "calibration/parameters/arm_prior.hpp"
 
 namespace kr5::calibration::arm_problem {
 namespace {
@@ -197,7 +197,7 @@ ArmProblem::ArmProblem(const Input& input, const Sigmas& sigmas, const Placement
   const KinematicsOptions& options = input.options;
   arm = fit.add_arm("arm", input.nominal);
   if (refine) {
-    pipeline::free_arm(fit, arm, input.nominal, sigmas.length, sigmas.angle);
+    parameters::free_arm(fit, arm, input.nominal, sigmas.length, sigmas.angle);
     std::vector<double> prior;
     const std::vector<std::string> names = joint_term_names(input, sigmas, prior);
     if (!names.empty()) {
@@ -329,7 +329,7 @@ std::vector<Placement> starts(const Input& input) {
   return out;
 }
 
-pipeline::Minimum<Placement> descend(const Input& input, Placement start) {
+fit::pipeline::Minimum<Placement> descend(const Input& input, Placement start) {
   constexpr std::size_t enough = 100;
   const bool many = input.postures.size() > 2 * enough && input.socket_names.empty();
   const std::vector<ArmPosture> some = many ? some_postures(input.postures, enough) : std::vector<ArmPosture>{};
@@ -337,7 +337,7 @@ pipeline::Minimum<Placement> descend(const Input& input, Placement start) {
                   input.options, input.socket_names};
   if (many) complete_start(few, start);
   const ArmProblem problem = placed(few, start);
-  pipeline::Minimum<Placement> out{problem.placement(), robust_cost(problem)};
+  fit::pipeline::Minimum<Placement> out{problem.placement(), robust_cost(problem)};
   if (many) {
     out.at.points.setZero(3, input.markers());
     points_from_base(input, out.at);

@@ -6,9 +6,8 @@
 #include <vector>
 
 #include <kr5/calibration/kinematics.hpp>
+#include <kr5/fit/pipeline/pipeline.hpp>
 #include <kr5/fit/problem.hpp>
-
-#include "calibration/pipeline/pipeline.hpp"
 
 /// @file
 /// Private: the fit of a kinematic calibration, built anew for each set of standard deviations.
@@ -80,7 +79,7 @@ struct ArmProblem {
 std::vector<Placement> starts(const Input& input);
 /// The nominal arm placed as well as it allows, from a start on, and its median squared residual; postures may
 /// contradict. Of many postures some are enough.
-pipeline::Minimum<Placement> descend(const Input& input, Placement start);
+fit::pipeline::Minimum<Placement> descend(const Input& input, Placement start);
 /// The same with all postures, and the noise that they then show.
 Placement place_at(const Input& input, const Placement& start, Sigmas& sigmas);
 

@@ -16,11 +16,10 @@
 #include <kr5/core/statistics.hpp>
 #include <kr5/fit/measurements/pose.hpp>
 #include <kr5/fit/measurements/position.hpp>
+#include <kr5/fit/pipeline/pipeline.hpp>
 #include <kr5/fit/problem.hpp>
 #include <kr5/geometry/pose.hpp>
 #include <kr5/uncertainty/confidence.hpp>
-
-#include "calibration/pipeline/pipeline.hpp"
 
 namespace kr5::calibration {
 namespace {
@@ -383,11 +382,11 @@ struct AxisEstimation {
   }
   double probability(std::size_t i) const {
     const fit::Agreement agreement = fit->result.agreement(fit->fit, fit->observations[i]);
-    return pipeline::sound_probability(agreement.squared_distance, agreement.dof, weights[i] > 0,
-                                       noise_known() ? uncertainty::known_noise : noise.dof);
+    return fit::pipeline::sound_probability(agreement.squared_distance, agreement.dof, weights[i] > 0,
+                                            noise_known() ? uncertainty::known_noise : noise.dof);
   }
   std::vector<AxisStart> starts() const { return {start}; }
-  pipeline::Minimum<AxisStart> descend(const AxisStart& from) const { return {from, 0.0}; }
+  fit::pipeline::Minimum<AxisStart> descend(const AxisStart& from) const { return {from, 0.0}; }
   void begin(const AxisStart& from) {
     start = from;
     find_noise(2.0);
@@ -554,7 +553,7 @@ JointAxisResult identify_sound(std::span<const JointSample> samples, const Joint
   }
   if (options.sigma_position > 0) estimation.sigma_position = options.sigma_position;
   if (options.sigma_rotation > 0) estimation.sigma_rotation = options.sigma_rotation;
-  pipeline::run(estimation);
+  fit::pipeline::run(estimation);
   write_axis(estimation, out);
   return out;
 }

@@ -8,13 +8,13 @@
 
 #include <kr5/core/error.hpp>
 #include <kr5/core/linear.hpp>
+#include <kr5/fit/pipeline/pipeline.hpp>
+#include <kr5/fit/pipeline/second_minimum.hpp>
+#include <kr5/fit/pipeline/sound_probability.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 
 #include "calibration/kinematics/arm_problem.hpp"
-#include "calibration/pipeline/parameter_report.hpp"
-#include "calibration/pipeline/pipeline.hpp"
-#include "calibration/pipeline/second_minimum.hpp"
-#include "calibration/pipeline/sound_probability.hpp"
+#include "calibration/parameters/parameter_report.hpp"
 #include "calibration/postures/measured_place.hpp"
 
 namespace kr5::calibration {
@@ -195,14 +195,14 @@ struct ArmCalibration {
   Eigen::VectorXd coordinate_dof = {};  ///< Behind the variance of each coordinate.
 
   std::vector<Placement> starts() const { return arm_problem::starts(input); }
-  pipeline::Minimum<Placement> descend(const Placement& from) const { return arm_problem::descend(input, from); }
+  fit::pipeline::Minimum<Placement> descend(const Placement& from) const { return arm_problem::descend(input, from); }
   void begin(const Placement& from);
   std::size_t fewest() const {
     return static_cast<std::size_t>(std::ceil(sound_postures * static_cast<double>(weights.size())));
   }
   double false_alarm() const { return input.options.outlier_false_alarm; }
   Placement place() const { return problem->placement(); }
-  pipeline::Minimum<Placement> revisit(const Placement& from) const;
+  fit::pipeline::Minimum<Placement> revisit(const Placement& from) const;
   bool same(const Placement& one, const Placement& other) const;
 
   void fit(double loss = 0.0) {
@@ -305,7 +305,7 @@ bool ArmCalibration::update_sigmas() {
 /// Probability that a sound posture lies as far from what the others say.
 double ArmCalibration::probability(std::size_t i) const {
   const fit::Agreement agreement = result.agreement(problem->fit, problem->of_posture(i));
-  return pipeline::sound_probability(agreement.squared_distance, agreement.dof, weights[i] > 0, dof);
+  return fit::pipeline::sound_probability(agreement.squared_distance, agreement.dof, weights[i] > 0, dof);
 }
 
 /// What the robust fit found far off is put out; the tests that follow decide.
@@ -347,7 +347,7 @@ void ArmCalibration::begin(const Placement& from) {
 }
 
 /// All postures, robust, with the noise that was found.
-pipeline::Minimum<Placement> ArmCalibration::revisit(const Placement& from) const {
+fit::pipeline::Minimum<Placement> ArmCalibration::revisit(const Placement& from) const {
   ArmProblem descent(input, sigmas, from, true);
   const fit::Solution solved = descent.fit.solve(
       {.max_iterations = input.options.max_iterations, .loss = 2.0, .cost_tolerance = 1e-6, .uncertainty = false});
@@ -386,8 +386,8 @@ void write_parameters(const ArmCalibration& calibration, KinematicsResult& out) 
   others.insert(others.end(), problem.sockets.begin(), problem.sockets.end());
   const Eigen::VectorXd inflation =
       calibration.coordinate_dof.unaryExpr([](double dof) { return uncertainty::covariance_inflation(1, dof); });
-  pipeline::ParameterReport report =
-      pipeline::report_parameters(problem.fit, calibration.result, nominal, others, inflation);
+  parameters::ParameterReport report =
+      parameters::report_parameters(problem.fit, calibration.result, nominal, others, inflation);
   out.coordinates = std::move(report.parameters);
   out.covariance = std::move(report.covariance);
 }
@@ -485,7 +485,7 @@ KinematicsResult calibrate_kinematics(const kinematics::DhChain& nominal, std::s
                                       std::span<const SocketDistance> distances, const KinematicsOptions& options) {
   const Input input = checked_input(nominal, postures, distances, options);
   ArmCalibration calibration{input, std::vector<double>(postures.size(), 1.0)};
-  const auto rival = pipeline::run(calibration);
+  const auto rival = fit::pipeline::run(calibration);
   const ArmProblem as_nominal(input, calibration.nominal_sigmas, calibration.start, false);
 
   KinematicsResult out;
@@ -516,13 +516,10 @@ KinematicsResult calibrate_kinematics(const kinematics::DhChain& nominal, std::s
     out.fit.message = open;
   }
   if (rival)
-    out.second = pipeline::second_minimum(out.T_world_base, rival->at.T_world_base, rival->best_cost, rival->cost,
-                                          calibration.dof);
-  if (out.second && out.second->probability > pipeline::undecided && out.fit.usable()) {
-    out.fit.status = FitStatus::Degenerate;
-    out.fit.message = "two places of the arm explain the measurements: " + pipeline::second_text(*out.second) +
-                      "; measure more postures, or state where the base is";
-  }
+    out.second = fit::pipeline::second_minimum(out.T_world_base, rival->at.T_world_base, rival->best_cost, rival->cost,
+                                               calibration.dof);
+  fit::pipeline::refuse_undecided(out.second, "two places of the arm explain the measurements",
+                                  "measure more postures, or state where the base is", out.fit);
   return out;
 }
 

@@ -11,13 +11,13 @@
 #include <kr5/core/error.hpp>
 #include <kr5/core/linear.hpp>
 #include <kr5/core/statistics.hpp>
+#include <kr5/fit/pipeline/pipeline.hpp>
+#include <kr5/fit/pipeline/second_minimum.hpp>
+#include <kr5/fit/pipeline/sound_probability.hpp>
 #include <kr5/fit/variance_component.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 
-#include "calibration/pipeline/parameter_report.hpp"
-#include "calibration/pipeline/pipeline.hpp"
-#include "calibration/pipeline/second_minimum.hpp"
-#include "calibration/pipeline/sound_probability.hpp"
+#include "calibration/parameters/parameter_report.hpp"
 #include "calibration/scanner/scanner_causes.hpp"
 #include "calibration/scanner/scanner_problem.hpp"
 #include "calibration/scanner/scanner_search.hpp"
@@ -109,14 +109,14 @@ struct ScannerCalibration {
   int iterations = 0;
 
   std::vector<ScannerPlacement> starts() const;
-  pipeline::Minimum<ScannerPlacement> descend(const ScannerPlacement& from) const;
+  fit::pipeline::Minimum<ScannerPlacement> descend(const ScannerPlacement& from) const;
   void begin(const ScannerPlacement& place);
   std::size_t fewest() const {
     return static_cast<std::size_t>(std::ceil(sound_profiles * static_cast<double>(weights.size())));
   }
   double false_alarm() const { return input.options.outlier_false_alarm; }
   ScannerPlacement place() const { return problem->placement(input); }
-  pipeline::Minimum<ScannerPlacement> revisit(const ScannerPlacement& from) const;
+  fit::pipeline::Minimum<ScannerPlacement> revisit(const ScannerPlacement& from) const;
   bool same(const ScannerPlacement& one, const ScannerPlacement& other) const;
 
   void fit(double loss = 0.0) {
@@ -141,8 +141,8 @@ struct ScannerCalibration {
   double dof() const { return std::max(1.0, components().redundancy); }
   double probability(std::size_t i, double degrees) const {
     const fit::Agreement agreement = result.agreement(problem->fit, problem->observations[i]);
-    return pipeline::sound_probability(agreement.squared_distance, agreement.dof, weights[i] > 0,
-                                       input.options.sigma_position > 0 ? uncertainty::known_noise : degrees);
+    return fit::pipeline::sound_probability(agreement.squared_distance, agreement.dof, weights[i] > 0,
+                                            input.options.sigma_position > 0 ? uncertainty::known_noise : degrees);
   }
   std::vector<double> probabilities() const {
     std::vector<double> out;
@@ -230,7 +230,7 @@ std::vector<ScannerPlacement> ScannerCalibration::starts() const {
 }
 
 /// A robust fit of scanner and targets; the cost is the median distance.
-pipeline::Minimum<ScannerPlacement> ScannerCalibration::descend(const ScannerPlacement& from) const {
+fit::pipeline::Minimum<ScannerPlacement> ScannerCalibration::descend(const ScannerPlacement& from) const {
   ScannerSigmas rough;
   rough.position = rough.across = std::max(median_distance(input, from.T_flange_scanner), 1e-5);
   ScannerProblem descent(input, rough, from);
@@ -258,7 +258,7 @@ void ScannerCalibration::begin(const ScannerPlacement& place) {
 }
 
 /// All profiles, robust, with the noise that was found.
-pipeline::Minimum<ScannerPlacement> ScannerCalibration::revisit(const ScannerPlacement& from) const {
+fit::pipeline::Minimum<ScannerPlacement> ScannerCalibration::revisit(const ScannerPlacement& from) const {
   ScannerProblem descent(input, sigmas, from);
   const double cost =
       descent.fit.solve({.max_iterations = input.options.max_iterations, .loss = 2.0, .uncertainty = false}).cost;
@@ -267,7 +267,7 @@ pipeline::Minimum<ScannerPlacement> ScannerCalibration::revisit(const ScannerPla
 
 /// Whether two poses lie within what the profiles leave open anyway.
 bool ScannerCalibration::same(const ScannerPlacement& one, const ScannerPlacement& other) const {
-  Matrix6 C = pipeline::covariance_of_pose(result, problem->scanner, result.covariance);
+  Matrix6 C = parameters::covariance_of_pose(result, problem->scanner, result.covariance);
   if (!C.allFinite()) return true;  // no pose is determined
   C.diagonal().head<3>().array() += 1e-10, C.diagonal().tail<3>().array() += 1e-8;
   const Vector6 d = pose_difference(one.T_flange_scanner, other.T_flange_scanner);
@@ -310,12 +310,12 @@ void write_scanner_parameters(const ScannerCalibration& calibration, ScannerResu
   std::vector<fit::FitBlock> others = {problem.scanner};
   others.insert(others.end(), problem.targets.begin(), problem.targets.end());
   others.insert(others.end(), problem.radii.begin(), problem.radii.end());
-  pipeline::ParameterReport report = pipeline::report_parameters(
-      problem.fit, calibration.result, nominal, others, pipeline::same_inflation(calibration.result, 1, out.dof));
+  parameters::ParameterReport report = parameters::report_parameters(
+      problem.fit, calibration.result, nominal, others, parameters::same_inflation(calibration.result, 1, out.dof));
   out.coordinates = std::move(report.parameters);
   out.joint_covariance = std::move(report.covariance);
   out.covariance = uncertainty::covariance_inflation(6, out.dof) *
-                   pipeline::covariance_of_pose(calibration.result, problem.scanner, calibration.result.covariance);
+                   parameters::covariance_of_pose(calibration.result, problem.scanner, calibration.result.covariance);
 }
 
 void write_scanner_views(const ScannerCalibration& calibration, ScannerResult& out) {
@@ -374,14 +374,12 @@ void judge_determination(const ScannerInput& input, ScannerResult& out) {
 }
 
 /// Tells another pose that is near the result in its cost, and refuses both where they cannot be told apart.
-void judge_rival(const ScannerCalibration& calibration, const pipeline::Rival<ScannerPlacement>& rival,
+void judge_rival(const ScannerCalibration& calibration, const fit::pipeline::Rival<ScannerPlacement>& rival,
                  ScannerResult& out) {
-  out.second = pipeline::second_minimum(calibration.place().T_flange_scanner, rival.at.T_flange_scanner,
-                                        rival.best_cost, rival.cost, out.dof);
-  if (!out.second || out.second->probability < pipeline::undecided || !out.fit.usable()) return;
-  out.fit.status = FitStatus::Degenerate;
-  out.fit.message = "two poses of the scanner explain the profiles: " + pipeline::second_text(*out.second) + "; " +
-                    missing_variety(calibration.input);
+  out.second = fit::pipeline::second_minimum(calibration.place().T_flange_scanner, rival.at.T_flange_scanner,
+                                             rival.best_cost, rival.cost, out.dof);
+  fit::pipeline::refuse_undecided(out.second, "two poses of the scanner explain the profiles",
+                                  missing_variety(calibration.input), out.fit);
 }
 
 }  // namespace
@@ -407,7 +405,7 @@ ScannerResult calibrate_scanner(std::span<const ScannerView> views, std::span<co
   const auto tips = std::count_if(views.begin(), views.end(),
                                   [](const ScannerView& v) { return v.feature.kind == ScanTargetKind::Tip; });
   calibration.across_apart = tips >= tips_for_across && !(options.sigma_position > 0 && !(options.sigma_across > 0));
-  const auto rival = pipeline::run(calibration);
+  const auto rival = fit::pipeline::run(calibration);
 
   ScannerResult out;
   const ScannerProblem& problem = *calibration.problem;

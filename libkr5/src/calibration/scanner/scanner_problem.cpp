@@ -11,7 +11,7 @@
 #include <kr5/fit/measurements/sphere_section.hpp>
 #include <kr5/geometry/pose.hpp>
 
-#include "calibration/pipeline/arm_prior.hpp"
+#include "calibration/parameters/arm_prior.hpp"
 
 namespace kr5::calibration::scanner_problem {
 namespace {
@@ -105,7 +105,7 @@ ScannerProblem::ScannerProblem(const ScannerInput& input, const ScannerSigmas& s
                                const ScannerPlacement& placement) {
   if (input.arm) {
     arm = fit.add_arm("arm", *input.arm);
-    pipeline::free_arm(fit, arm, *input.arm, sigmas.length, sigmas.angle);
+    parameters::free_arm(fit, arm, *input.arm, sigmas.length, sigmas.angle);
   }
   static_cast<ScannerBlocks&>(*this) = add_scanner(fit, arm, input, sigmas, placement);
 }

@@ -3,15 +3,13 @@
 #include <catch2/catch.hpp>
 
 #include <kr5/core/statistics.hpp>
-
-#include "calibration/pipeline/pipeline.hpp"
-#include "calibration/pipeline/second_minimum.hpp"
+#include <kr5/fit/pipeline/pipeline.hpp>
+#include <kr5/fit/pipeline/second_minimum.hpp>
 
 namespace pipeline_test {
 
 using namespace kr5;
-using namespace kr5::calibration;
-using namespace kr5::calibration::pipeline;
+using namespace kr5::fit::pipeline;
 
 namespace {
 
@@ -105,6 +103,24 @@ TEST_CASE("a second minimum is told where it is near, with the probability of be
   CHECK(second_minimum(Pose::Identity(), other, 20.0, 40.0, 5.0)->probability > known->probability);
   CHECK_FALSE(second_minimum(Pose::Identity(), other, 20.0, 200.0, 30.0));
   CHECK(second_text(*even) == "the other, 10.0 mm and 0.0 deg away, has 1.00 times the squared residuals");
+}
+
+TEST_CASE("a result is refused where two minima cannot be told apart, but an earlier reason stays the message") {
+  Pose other = Pose::Identity();
+  other.translation().x() = 0.01;
+  const auto even = second_minimum(Pose::Identity(), other, 20.0, 20.0, 30.0);
+  FitReport fit{.status = FitStatus::Converged, .message = "12 views"};
+  refuse_undecided(second_minimum(Pose::Identity(), other, 20.0, 60.0, 1e6), "two poses explain them", "take more",
+                   fit);
+  CHECK(fit.message == "12 views");
+  refuse_undecided(std::nullopt, "two poses explain them", "take more", fit);
+  CHECK(fit.usable());
+  refuse_undecided(even, "two poses explain them", "take more", fit);
+  CHECK(fit.status == FitStatus::Degenerate);
+  CHECK(fit.message == "two poses explain them: " + second_text(*even) + "; take more");
+  fit.message = "one axis only";
+  refuse_undecided(even, "two poses explain them", "take more", fit);
+  CHECK(fit.message == "one axis only");
 }
 
 }  // namespace pipeline_test

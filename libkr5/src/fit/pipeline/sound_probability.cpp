@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "calibration/pipeline/sound_probability.hpp"
+#include <kr5/fit/pipeline/sound_probability.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 
 #include <kr5/uncertainty/confidence.hpp>
 
-namespace kr5::calibration::pipeline {
+namespace kr5::fit::pipeline {
 
 double sound_probability(double squared_distance, double rows, bool used, double dof) {
   if (!std::isfinite(squared_distance)) return 0.0;
@@ -46,4 +46,4 @@ void settle_outliers(std::vector<double>& weights, double false_alarm, std::size
   }
 }
 
-}  // namespace kr5::calibration::pipeline
+}  // namespace kr5::fit::pipeline

@@ -1,4 +1,4 @@
-#include "calibration/pipeline/sound_probability.hpp"
+#include <kr5/fit/pipeline/sound_probability.hpp>
 
 #include <algorithm>
 
@@ -6,7 +6,7 @@
 
 namespace sound_probability_test {
 
-using kr5::calibration::pipeline::settle_outliers;
+using kr5::fit::pipeline::settle_outliers;
 
 namespace {
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "calibration/pipeline/arm_prior.hpp"
+#include "calibration/parameters/arm_prior.hpp"
 
 #include <cmath>
 
-namespace kr5::calibration::pipeline {
+namespace kr5::calibration::parameters {
 
 void free_arm(fit::Problem& fit, fit::FitBlock arm, const kinematics::DhChain& nominal, double length, double angle) {
   constexpr double near_parallel = 0.1;  // sine of the angle below which two axes get beta
@@ -17,4 +17,4 @@ void free_arm(fit::Problem& fit, fit::FitBlock arm, const kinematics::DhChain& n
   fit.set_prior(arm, prior);
 }
 
-}  // namespace kr5::calibration::pipeline
+}  // namespace kr5::calibration::parameters

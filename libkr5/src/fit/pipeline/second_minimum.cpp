@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "calibration/pipeline/second_minimum.hpp"
+#include <kr5/fit/pipeline/second_minimum.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
 
-namespace kr5::calibration::pipeline {
+namespace kr5::fit::pipeline {
 
 std::optional<SecondMinimum> second_minimum(const Pose& best, const Pose& second, double best_cost, double second_cost,
                                             double dof) {
@@ -23,6 +23,13 @@ std::optional<SecondMinimum> second_minimum(const Pose& best, const Pose& second
   return out;
 }
 
+void refuse_undecided(const std::optional<SecondMinimum>& second, const std::string& claim, const std::string& remedy,
+                      FitReport& fit) {
+  if (!second || second->probability < undecided || !fit.usable()) return;
+  fit.status = FitStatus::Degenerate;
+  fit.message = claim + ": " + second_text(*second) + "; " + remedy;
+}
+
 std::string second_text(const SecondMinimum& second) {
   char text[160];
   std::snprintf(text, sizeof text, "the other, %.1f mm and %.1f deg away, has %.2f times the squared residuals",
@@ -30,4 +37,4 @@ std::string second_text(const SecondMinimum& second) {
   return text;
 }
 
-}  // namespace kr5::calibration::pipeline
+}  // namespace kr5::fit::pipeline

@@ -6,9 +6,9 @@
 #include <vector>
 
 /// @file
-/// Private: the test by which calibrations on a fit name outliers.
+/// The test by which calibrations on a fit name outliers.
 
-namespace kr5::calibration::pipeline {
+namespace kr5::fit::pipeline {
 
 /// Probability that a sound measurement of so many rows lies at such a squared distance from what the others say (see
 /// fit::Agreement); 0 for one the model cannot show. `used`: it took part in the fit, and so in the estimate of the
@@ -21,4 +21,4 @@ double sound_probability(double squared_distance, double rows, bool used, double
 void settle_outliers(std::vector<double>& weights, double false_alarm, std::size_t fewest,
                      const std::function<std::vector<double>()>& probabilities, const std::function<void()>& refit);
 
-}  // namespace kr5::calibration::pipeline
+}  // namespace kr5::fit::pipeline

@@ -10,7 +10,7 @@
 /// @file
 /// Private: the numbers of a fit as a result shows them.
 
-namespace kr5::calibration::pipeline {
+namespace kr5::calibration::parameters {
 
 struct ParameterReport {
   std::vector<EstimatedParameter> parameters;
@@ -30,4 +30,4 @@ Eigen::VectorXd same_inflation(const fit::Solution& result, double numbers, doub
 /// The part of a covariance, in the order of the result's coordinates, that belongs to a pose; 0 for what is held.
 Matrix6 covariance_of_pose(const fit::Solution& solution, fit::FitBlock pose, const Eigen::MatrixXd& covariance);
 
-}  // namespace kr5::calibration::pipeline
+}  // namespace kr5::calibration::parameters

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "calibration/pipeline/parameter_report.hpp"
+#include "calibration/parameters/parameter_report.hpp"
 
 #include <cmath>
 #include <set>
 
 #include <kr5/uncertainty/confidence.hpp>
 
-namespace kr5::calibration::pipeline {
+namespace kr5::calibration::parameters {
 namespace {
 
 void report_block(const fit::Problem& fit, const fit::Solution& result, fit::FitBlock block, bool from_nominal,
@@ -65,4 +65,4 @@ Matrix6 covariance_of_pose(const fit::Solution& solution, fit::FitBlock pose, co
   return out;
 }
 
-}  // namespace kr5::calibration::pipeline
+}  // namespace kr5::calibration::parameters

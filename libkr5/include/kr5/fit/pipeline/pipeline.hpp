@@ -8,13 +8,13 @@
 #include <optional>
 #include <vector>
 
-#include "calibration/pipeline/sound_probability.hpp"
+#include <kr5/fit/pipeline/sound_probability.hpp>
 
 /// @file
-/// Private: the stages that all calibrations go through: start from several places, noise, outliers, and whether
+/// The stages that all calibrations go through: start from several places, noise, outliers, and whether
 /// another place explains the measurements as well. What is checked before and told after is each calibration's own.
 
-namespace kr5::calibration::pipeline {
+namespace kr5::fit::pipeline {
 
 /// Where a descent ended, and what it costs there.
 template <class Place>
@@ -114,4 +114,4 @@ std::optional<Rival<typename Stages::Place>> run(Stages& stages) {
   return std::nullopt;
 }
 
-}  // namespace kr5::calibration::pipeline
+}  // namespace kr5::fit::pipeline
