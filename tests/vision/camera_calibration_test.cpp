@@ -238,12 +238,37 @@ TEST_CASE("views that do not determine the camera give a status and say why") {
     const CameraCalibration result = calibrate_camera(see_many(random, c, s, 8), c.width, c.height);
     CHECK_FALSE(result.fit.usable());
     CHECK(names_cause(result, "fronto_parallel"));
+    CHECK_THAT(result.fit.message, Catch::Contains("nearly parallel"));
   }
   SECTION("every view in disorder") {
     std::vector<View> views = see_many(random, c, s, 5);
     for (View& v : views) shuffle(v, random);
     CHECK_FALSE(calibrate_camera(views, c.width, c.height).fit.usable());
   }
+}
+
+TEST_CASE("of boards so far off that another focal length explains them nearly as well, that is told", "[statistics]") {
+  const Pinhole c = true_camera();
+  const int n = trials(100, 20);
+  int told = 0, usable = 0, wrong = 0;
+  for (int k = 0; k < n; ++k) {
+    Random random(100 + static_cast<unsigned>(k));
+    std::vector<View> views;
+    for (int i = 0; i < 10; ++i) {
+      Pose T = random_pose(random, c, {});
+      T.translation() *= 5;
+      views.push_back(see(random, c, {}, T, std::to_string(i)));
+    }
+    const CameraCalibration result = calibrate_camera(views, c.width, c.height, fixed(LensModel::K1));
+    if (!result.fit.usable()) continue;
+    ++usable;
+    told += names_cause(result, "second_minimum");
+    wrong += std::abs(result.camera.fx - c.fx) > 4 * std::sqrt(result.covariance(0, 0));
+  }
+  CAPTURE(told, usable, wrong, n);
+  CHECK(usable > n / 2);
+  CHECK(told > usable / 2);
+  CHECK(wrong <= 1);
 }
 
 TEST_CASE("one view of a spatial target suffices") {

@@ -1,6 +1,7 @@
 
 #include <catch2/catch.hpp>
 
+#include <Eigen/Cholesky>
 #include <kr5/core/error.hpp>
 #include <kr5/core/random.hpp>
 #include <kr5/uncertainty/confidence.hpp>
@@ -36,6 +37,17 @@ Target truth() {
   return map;
 }
 
+/// All of them tilted a little against each other.
+Target nearly_flat() {
+  Target map = truth();
+  const double tilt[][2] = {{0, 0}, {0.2, 0.1}, {-0.15, 0.2}, {0.1, -0.2}, {-0.2, -0.1}};
+  for (std::size_t k = 1; k < map.map.size(); ++k) {
+    map.map[k].T_target_marker.translation().z() = 0.002 * static_cast<double>(k);
+    map.map[k].T_target_marker.linear() = exp_rotation(Eigen::Vector3d(tilt[k][0], tilt[k][1], 0));
+  }
+  return map;
+}
+
 Pose camera_pose(Random& random) {
   Pose T = Pose::Identity();  // of the map in the camera
   T.linear() =
@@ -44,25 +56,45 @@ Pose camera_pose(Random& random) {
   return T;
 }
 
-/// Corners with noise; three of the markers in each image.
+/// Corners of the map at T in the camera, with noise.
+MarkerSighting sighting(const Target& map, const Pose& T, double sigma, Random& random) {
+  MarkerSighting image;
+  for (const MapMarker& marker : map.map) {
+    TagDetection tag;
+    tag.family = map.family;
+    tag.id = marker.id;
+    const Eigen::Matrix<double, 3, 4> corners = marker.T_target_marker * square_corners(marker.size);
+    for (int c = 0; c < 4; ++c)
+      tag.corners.col(c) =
+          lens.project(T * corners.col(c)) + Eigen::Vector2d(random.normal(sigma), random.normal(sigma));
+    image.tags.push_back(tag);
+  }
+  return image;
+}
+
+/// Three of the markers in each image.
 std::vector<MarkerSighting> sightings(int images, double sigma, Random& random) {
   std::vector<MarkerSighting> all;
-  const Target map = truth();
   for (int i = 0; i < images; ++i) {
-    MarkerSighting image{std::to_string(i), {}};
-    const Pose T = camera_pose(random);
-    for (std::size_t k = 0; k < map.map.size(); ++k) {
-      if ((static_cast<int>(k) + i) % 5 > 2) continue;
-      TagDetection tag;
-      tag.family = map.family;
-      tag.id = map.map[k].id;
-      const Eigen::Matrix<double, 3, 4> corners = map.map[k].T_target_marker * square_corners(0.05);
-      for (int c = 0; c < 4; ++c)
-        tag.corners.col(c) =
-            lens.project(T * corners.col(c)) + Eigen::Vector2d(random.normal(sigma), random.normal(sigma));
-      image.tags.push_back(tag);
-    }
-    all.push_back(image);
+    Target map = truth();
+    for (std::size_t k = 5; k-- > 0;)
+      if ((static_cast<int>(k) + i) % 5 > 2) map.map.erase(map.map.begin() + static_cast<std::ptrdiff_t>(k));
+    all.push_back(sighting(map, camera_pose(random), sigma, random));
+    all.back().name = std::to_string(i);
+  }
+  return all;
+}
+
+/// Images from so far off, tilted by so much at most [rad].
+std::vector<MarkerSighting> frontal(const Target& map, double distance, double tilt, double sigma, Random& random) {
+  std::vector<MarkerSighting> all;
+  for (int i = 0; i < 6; ++i) {
+    Pose T = Pose::Identity();
+    T.linear() =
+        exp_rotation(Eigen::Vector3d(random.uniform(-tilt, tilt), random.uniform(-tilt, tilt), random.uniform(-1, 1)));
+    T.translation().z() = distance;
+    all.push_back(sighting(map, T, sigma, random));
+    all.back().name = std::to_string(i);
   }
   return all;
 }
@@ -109,6 +141,54 @@ TEST_CASE("a map is estimated from rendered images") {
     CHECK(d.tail<3>().norm() < 5e-3);
   }
   CHECK_NOTHROW(result.target.validate());
+}
+
+TEST_CASE("an image in which a marker had moved is named and has no part, and sound ones are not named",
+          "[statistics]") {
+  const int trials = test::trials(300, 40);
+  Random random(12);
+  int named = 0, falsely = 0;
+  for (int i = 0; i < trials; ++i) {
+    auto images = sightings(10, 0.2, random);
+    for (TagDetection& tag : images[3].tags)
+      if (tag.id == images[3].tags.back().id) tag.corners.colwise() += Eigen::Vector2d(4.0, -3.0);
+    const auto result = estimate_marker_map(images, lens, {.size = 0.05});
+    INFO(result.fit.message);
+    REQUIRE(result.fit.usable());
+    for (std::size_t k = 0; k < result.views.size(); ++k)
+      if (result.view_outlier[k]) (result.views[k] == "3" ? named : falsely) += 1;
+    CHECK(result.sigma_pixel == Approx(0.2).epsilon(0.4));
+  }
+  CAPTURE(trials);
+  CHECK(named >= trials - trials / 20);
+  CHECK(falsely == 0);
+}
+
+TEST_CASE("of a map seen from far off and from the front the second minimum is told, and one that is undecided refused",
+          "[statistics]") {
+  const int trials = test::trials(100, 16);
+  Random random(31);
+  int told = 0, refused = 0, wrong = 0;
+  for (int i = 0; i < trials; ++i) {
+    const Target map = nearly_flat();
+    const auto result = estimate_marker_map(frontal(map, 2.5, 0.1, 0.3, random), lens, {.size = 0.05});
+    told += result.second.has_value();
+    refused += !result.fit.usable();
+    if (!result.fit.usable()) CHECK_THAT(result.fit.message, Catch::Contains("two poses of marker"));
+    if (!result.fit.usable()) continue;
+    for (std::size_t k = 1; k < 5; ++k) {
+      const Vector6 d = pose_difference(result.target.map[k].T_target_marker, map.map[k].T_target_marker);
+      const Matrix6& C = result.covariance[k];
+      if (d.dot(C.ldlt().solve(d)) > 60) {
+        ++wrong;
+        break;
+      }
+    }
+  }
+  CAPTURE(told, refused, wrong, trials);
+  CHECK(told > trials * 3 / 4);
+  CHECK(refused > trials / 10);
+  CHECK(wrong <= trials / 5);
 }
 
 TEST_CASE("images that do not connect the markers are refused with the islands named") {

@@ -22,7 +22,6 @@ from kr5_tools.exports.command_line import Exports, export_options
 from kr5_tools.targets.sightings import check_target_size, load_image
 
 app = typer.Typer()
-SPREAD = 3.0  # the corners of an image that miss by so many times the noise do so for a reason
 
 
 @app.command(
@@ -89,10 +88,9 @@ def _keys(
     result: kr5.vision.MarkerMapResult, sightings: list[vision.MarkerSighting], lens: kr5.Pinhole, paths: dict[str, str]
 ) -> dict[str, Any]:
     by_name = {s.name: s for s in sightings}
-    typical = np.sqrt(2) * result.sigma_pixel
     views, residuals = [], []
-    for name, T, rms in zip(result.views, result.T_target_camera, result.view_rms_px):
-        views.append({"name": name, "rms_px": rms, "outlier": bool(rms > SPREAD * typical), "image": paths[name]})
+    for name, T, rms, outlier in zip(result.views, result.T_target_camera, result.view_rms_px, result.view_outlier):
+        views.append({"name": name, "rms_px": rms, "outlier": outlier, "image": paths[name]})
         residuals.append(_residuals(by_name[name], T, result, lens))
     figures = [
         figure_row("markers", len(result.target.map), None, "-"),
@@ -147,6 +145,11 @@ def _residuals(
 def _verdict(result: kr5.vision.MarkerMapResult, views: list[dict[str, Any]]) -> dict[str, str]:
     worst = max((float(np.sqrt(np.trace(c[:3, :3]))) for c in map(np.asarray, result.covariance)), default=0.0)
     text = f"{len(result.target.map)} markers, each known to {1e3 * worst:.2g} mm or better (one standard deviation)."
+    if other := result.second:
+        text += (
+            f" Another pose of marker {result.second_marker}, turned by {np.degrees(other.rotation):.0f} deg, has only"
+            f" {other.cost_ratio:.2f} times the squared residuals: take images from nearer, more tilted, too."
+        )
     if bad := [v["name"] for v in views if v["outlier"]]:
         verb = "disagrees" if len(bad) == 1 else "disagree"
         return {"word": "doubtful", "text": f"{text} {', '.join(bad)} {verb} with the others: did a marker move?"}

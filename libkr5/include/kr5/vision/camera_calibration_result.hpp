@@ -110,7 +110,7 @@ struct CameraFinding {
   static void each_field(auto& self, auto&& visit) {
     visit("cause", self.cause,
           "too_few_views | views_alike | fronto_parallel | uncertain | coverage | spoiling_view | mirrored_view | "
-          "noisy_corners | views_disagree | bent_target.");
+          "noisy_corners | views_disagree | bent_target | second_minimum.");
     visit("text", self.text, "Description of the finding.");
     visit("remedy", self.remedy, "Remedy.");
     visit("evidence", self.evidence, "Figures behind the finding.");

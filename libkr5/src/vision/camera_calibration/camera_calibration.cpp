@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include <Eigen/Cholesky>
 
@@ -10,7 +11,7 @@
 #include <kr5/core/linear.hpp>
 
 #include "vision/camera_calibration/camera_findings.hpp"
-#include "vision/camera_calibration/camera_start.hpp"
+#include "vision/camera_calibration/camera_stages.hpp"
 #include "vision/camera_calibration/check_views.hpp"
 #include "vision/camera_calibration/model_selection.hpp"
 #include "vision/camera_calibration/view_test.hpp"
@@ -21,53 +22,6 @@ namespace {
 
 using namespace detail;
 constexpr double max_focal_uncertainty = 0.05;  // relative; beyond it focal length and distance are not separable
-
-std::vector<CameraViewReport> blank_reports(std::span<const View> views) {
-  std::vector<CameraViewReport> out(views.size());
-  for (std::size_t i = 0; i < views.size(); ++i) out[i].name = views[i].name;
-  return out;
-}
-
-void exclude_view(std::vector<bool>& used, std::vector<CameraViewReport>& reports, std::size_t view,
-                  const std::string& why) {
-  used[view] = false;
-  reports[view].outlier = true;
-  reports[view].reason = why;
-}
-
-/// A flat target seen from behind among others seen from the front: its points are numbered mirror-wise.
-void exclude_mirrored_views(const TargetPlane& plane, const CameraState& state, std::vector<bool>& used,
-                            std::vector<CameraViewReport>& reports) {
-  if (!plane.flat) return;
-  const auto side = [&](std::size_t i) {
-    const Pose& T = state.poses[i];
-    return (T.linear() * plane.basis.col(2)).dot(T * plane.centre) > 0 ? 1 : -1;
-  };
-  int sum = 0;
-  for (std::size_t i = 0; i < used.size(); ++i) sum += used[i] ? side(i) : 0;
-  for (std::size_t i = 0; i < used.size(); ++i)
-    if (used[i] && sum != 0 && side(i) * sum < 0)
-      exclude_view(used, reports, i, "mirrored: its points are in the opposite order to those of the other views");
-}
-
-/// Fits the reference model, naming the worst view and fitting again until no view contradicts the others.
-RobustAdjustment exclude_contradicting_views(const CameraProblem& problem, const CameraModel& model,
-                                             const CameraState& start, const CameraOptions& options,
-                                             std::vector<bool>& used, std::vector<CameraViewReport>& reports) {
-  std::vector<bool> kept = used;
-  RobustAdjustment fit = adjust_robustly(problem, model, start, kept, options.robust, 3);
-  const auto floor = std::max<std::ptrdiff_t>(3, std::ptrdiff_t(used.size()) / 2);
-  while (std::count(kept.begin(), kept.end(), true) > floor) {
-    const int worst = test_views(fit, kept, options.false_alarm, options.correlation, reports).worst;
-    if (worst < 0) break;
-    reports[std::size_t(worst)].outlier = true;
-    kept[std::size_t(worst)] = false;
-    fit = adjust_robustly(problem, model, fit.adjustment.state(), kept, options.robust, 2);
-  }
-  if (!options.reject_views) return adjust_robustly(problem, model, fit.adjustment.state(), used, options.robust, 2);
-  used = kept;
-  return fit;
-}
 
 /// Covariance of the free parameters, empty when the data do not determine them.
 Eigen::MatrixXd covariance_of(const RobustAdjustment& fit, const std::vector<ViewEquations>& equations,
@@ -112,7 +66,7 @@ void report_fit(const CameraProblem& problem, const CameraModel& model, const Ro
                 const std::vector<bool>& used, double correlation, CameraCalibration& result) {
   const Eigen::MatrixXd basis = free_basis(model);
   const std::vector<ViewEquations> equations = fit.adjustment.equations();
-  result.dispersion = test_views(fit, used, 1e-9, correlation, result.views).dispersion;
+  result.dispersion = test_views(fit, used, correlation, result.views).dispersion;
   const Eigen::MatrixXd covariance =
       std::max(result.dispersion, correlation) * covariance_of(fit, equations, basis.cols());
   CameraState state = fit.adjustment.state();
@@ -143,22 +97,6 @@ void report_fit(const CameraProblem& problem, const CameraModel& model, const Ro
                      std::sqrt(result.covariance(1, 1)) < max_focal_uncertainty * result.camera.fy;
   if (known && result.camera.fx > 0 && result.camera.fy > 0 && fit.sigma > 0)
     result.fit.status = fit.adjustment.converged() ? FitStatus::Converged : FitStatus::MaxIterations;
-}
-
-double rms_of(const CameraProblem& problem, const CameraState& state, const std::vector<bool>& used) {
-  double sum = 0, count = 0;
-  for (std::size_t i = 0; i < used.size(); ++i) {
-    if (!used[i]) continue;
-    const Eigen::Matrix2Xd e = residuals(problem, state, i);
-    sum += e.squaredNorm(), count += 2.0 * double(e.cols());
-  }
-  return count > 0 ? std::sqrt(sum / count) : 0.0;
-}
-
-/// The richest model that all allowed ones of moderate size belong to: views are judged under it.
-CameraModel reference_model(const CameraOptions& options) {
-  return {options.lens.value_or(LensModel::Brown5), options.square_pixels.value_or(false),
-          options.bent_target.value_or(false)};
 }
 
 CameraModel choose_model(const CameraProblem& problem, const RobustAdjustment& reference, const std::vector<bool>& used,
@@ -195,30 +133,23 @@ CameraCalibration calibrate_camera(std::span<const View> views, int width, int h
   check_views(views, width, height);
   CameraCalibration result;
   result.camera.width = width, result.camera.height = height;
-  result.views = blank_reports(views);
   const CameraProblem problem{views, common_plane(views), options.max_iterations};
-  CameraStart start = guess_camera(views, width, height);
-  std::vector<bool> used(views.size(), true);
-  for (std::size_t i = 0; i < used.size(); ++i)
-    if (!start.sound[i])
-      exclude_view(used, result.views, i, "no pose explains its points: they seem to be in the wrong order");
-  const auto count = [&] { return std::count(used.begin(), used.end(), true); };
-  if (count() > 0) {
-    const RobustAdjustment rough =
-        adjust_robustly(problem, {LensModel::K1, true, false, true}, start.state, used, true, 2);
-    exclude_mirrored_views(problem.plane, rough.adjustment.state(), used, result.views);
-    const double initial = rms_of(problem, start.state, used);
-    RobustAdjustment fit = exclude_contradicting_views(problem, reference_model(options), rough.adjustment.state(),
-                                                       options, used, result.views);
-    const CameraModel model = choose_model(problem, fit, used, options, result);
+  CameraStages stages(problem, options, guess_camera(views, width, height), result.views);
+  std::optional<SecondCamera> second;
+  if (stages.any()) {
+    const auto rival = fit::pipeline::run(stages);
+    stages.name_outliers();
+    const std::vector<bool> used = stages.used();
+    const CameraModel model = choose_model(problem, *stages.fit, used, options, result);
     if (!(model == reference_model(options)))
-      fit = adjust_robustly(problem, model, fit.adjustment.state(), used, options.robust, 3);
-    result.fit.iterations = rough.adjustment.iterations();
-    report_fit(problem, model, fit, used, options.correlation, result);
-    result.fit.initial_rms = fit.sigma > 0 ? initial / fit.sigma : 0;
+      stages.fit = adjust_robustly(problem, model, stages.fit->adjustment.state(), used, options.robust, 3);
+    result.fit.iterations = stages.rough_iterations;
+    report_fit(problem, model, *stages.fit, used, options.correlation, result);
+    result.fit.initial_rms = stages.fit->sigma > 0 ? stages.initial_rms / stages.fit->sigma : 0;
+    if (rival && result.fit.usable()) second = stages.second(*rival, std::max(result.dispersion, options.correlation));
   }
   result.coverage = coverage_of(views, result.views, width, height);
-  add_findings(used, problem.plane, result);
+  add_findings(stages.used(), problem.plane, second, result);
   return result;
 }
 

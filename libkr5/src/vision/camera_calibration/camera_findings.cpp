@@ -122,6 +122,16 @@ void find_focal_uncertainty(const CameraCalibration& result, Findings& out) {
                           100 * result.target_shape.head<3>().cwiseAbs().maxCoeff(), 100 * result.target_shape[3])});
 }
 
+/// Severe where the two cannot be told apart and nothing else is wrong: what makes them alike comes first.
+void find_second_minimum(const SecondCamera& second, CameraCalibration& result) {
+  const bool undecided = second.minimum.probability >= fit::pipeline::undecided && result.fit.usable();
+  if (undecided) result.fit.status = FitStatus::Degenerate;
+  result.findings.push_back({"second_minimum", "Another focal length explains the views nearly as well.",
+                             "Tilt the board by 20 to 45 degrees, in different directions, and take it nearer.",
+                             format("fx %.1f px there: ", second.fx) + fit::pipeline::second_text(second.minimum),
+                             undecided});
+}
+
 std::string summary(const CameraCalibration& result) {
   for (const CameraFinding& f : result.findings)
     if (f.severe) return f.text + " " + f.remedy;
@@ -160,12 +170,14 @@ CameraCoverage coverage_of(std::span<const View> views, const std::vector<Camera
   return out;
 }
 
-void add_findings(const std::vector<bool>& used, const TargetPlane& plane, CameraCalibration& result) {
+void add_findings(const std::vector<bool>& used, const TargetPlane& plane, const std::optional<SecondCamera>& second,
+                  CameraCalibration& result) {
   find_thin_data(used, plane, result, result.findings);
   find_bad_views(result, result.findings);
   find_focal_uncertainty(result, result.findings);
   for (const CameraFinding& f : result.findings)
     if (f.severe) result.fit.status = FitStatus::Degenerate;
+  if (second) find_second_minimum(*second, result);
   result.fit.message = summary(result);
 }
 

@@ -132,7 +132,7 @@ CameraCalibration calibrate_camera_visp(std::span<const View> views, int width, 
   std::vector<Eigen::Matrix3Xd> points;
   std::vector<Eigen::Matrix2Xd> pixels;
   for (const View& v : views) points.push_back(v.points), pixels.push_back(v.pixels);
-  const Pinhole guess = guess_camera(views, width, height).state.camera;
+  const Pinhole guess = guess_camera(views, width, height).states.front().camera;
   const VispCamera answer =
       visp_camera(points, pixels, {guess.fx, guess.fy, guess.cx, guess.cy, 0, {}, {}}, lens == LensModel::K1);
   if (!answer.failure.empty()) {

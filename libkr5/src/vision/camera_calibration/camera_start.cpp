@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <utility>
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -115,6 +115,7 @@ double misfit(const View& view, const Pinhole& camera, const Pose& T) {
 }  // namespace
 
 CameraStart guess_camera(std::span<const View> views, int width, int height) {
+  constexpr double near = 2.0;  // times the least misfit, up to which another focal length is a guess, too
   std::vector<ViewGeometry> geometries;
   CameraStart out;
   for (const View& v : views) {
@@ -124,26 +125,26 @@ CameraStart guess_camera(std::span<const View> views, int width, int height) {
   Pinhole c{.width = width, .height = height};
   c.cx = 0.5 * (width - 1);
   c.cy = 0.5 * (height - 1);
-  double best = std::numeric_limits<double>::infinity();
+  std::vector<std::pair<double, CameraState>> scan;
   for (double focal = 0.3 * width; focal < 12.0 * width; focal *= 1.15) {
-    Pinhole trial = c;
-    trial.fx = trial.fy = focal;
-    std::vector<Pose> poses;
-    double sum = 0;
+    auto& [sum, state] = scan.emplace_back(0.0, CameraState{.camera = c, .poses = {}});
+    state.camera.fx = state.camera.fy = focal;
     for (std::size_t i = 0; i < views.size(); ++i) {
-      poses.push_back(pose_of(geometries[i], views[i], trial));
-      if (out.sound[i]) sum += std::min(misfit(views[i], trial, poses[i]), 0.1 * width);
+      state.poses.push_back(pose_of(geometries[i], views[i], state.camera));
+      if (out.sound[i]) sum += std::min(misfit(views[i], state.camera, state.poses[i]), 0.1 * width);
     }
-    if (!(sum < best)) continue;
-    best = sum;
-    out.state.camera = trial;
-    out.state.poses = poses;
+    if (std::isnan(sum)) scan.pop_back();
   }
-  if (out.state.poses.empty()) {
-    c.fx = c.fy = width;
-    out.state.camera = c;
-    out.state.poses.assign(views.size(), Pose::Identity());
-  }
+  std::vector<std::pair<double, CameraState>> minima;
+  for (std::size_t k = 0; k < scan.size(); ++k)
+    if ((k == 0 || scan[k].first < scan[k - 1].first) && (k + 1 == scan.size() || scan[k].first <= scan[k + 1].first))
+      minima.push_back(scan[k]);
+  std::stable_sort(minima.begin(), minima.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  for (auto& [sum, state] : minima)
+    if (sum <= near * minima.front().first) out.states.push_back(std::move(state));
+  if (!out.states.empty()) return out;
+  c.fx = c.fy = width;
+  out.states.push_back({.camera = c, .poses = std::vector<Pose>(views.size(), Pose::Identity())});
   return out;
 }
 

@@ -82,6 +82,13 @@ Eigen::VectorXd huber_weights(const Eigen::Matrix2Xd& e, double sigma) {
   return (huber_threshold * sigma / e.colwise().norm().array().max(1e-12)).min(1.0).matrix().transpose();
 }
 
+double huber_cost(const Eigen::Matrix2Xd& e, double sigma) {
+  const Eigen::ArrayXd size = e.colwise().norm().transpose() / sigma;
+  return (size < huber_threshold)
+      .select(size.square(), 2 * huber_threshold * size - huber_threshold * huber_threshold)
+      .sum();
+}
+
 RobustAdjustment adjust_robustly(const CameraProblem& problem, const CameraModel& model, const CameraState& start,
                                  const std::vector<bool>& used, bool robust, int rounds) {
   const Eigen::MatrixXd basis = free_basis(model);

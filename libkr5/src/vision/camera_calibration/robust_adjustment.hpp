@@ -21,5 +21,7 @@ RobustAdjustment adjust_robustly(const CameraProblem& problem, const CameraModel
 double noise_of(const Eigen::Matrix2Xd& residuals, bool robust, double lost_freedom);
 /// Huber weights of the residuals of a view, threshold 3 sigma of the vector's length.
 Eigen::VectorXd huber_weights(const Eigen::Matrix2Xd& residuals, double sigma);
+/// Sum of the squares of a view in standard deviations, as those weights limit them.
+double huber_cost(const Eigen::Matrix2Xd& residuals, double sigma);
 
 }  // namespace kr5::vision::detail

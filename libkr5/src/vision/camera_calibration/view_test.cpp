@@ -67,7 +67,7 @@ double dispersion_of(const std::vector<CameraViewReport>& reports, const std::ve
 
 }  // namespace
 
-ViewTest test_views(const RobustAdjustment& fit, const std::vector<bool>& used, double false_alarm, double correlation,
+ViewTest test_views(const RobustAdjustment& fit, const std::vector<bool>& used, double correlation,
                     std::vector<CameraViewReport>& reports) {
   const std::vector<ViewEquations> blocks = fit.adjustment.equations();
   Eigen::MatrixXd A;
@@ -78,7 +78,7 @@ ViewTest test_views(const RobustAdjustment& fit, const std::vector<bool>& used, 
     noise.push_back(fit.view_noise[i]);
   }
   const Eigen::LLT<Eigen::MatrixXd> all(A);
-  ViewTest test;
+  ViewTest test{std::vector<bool>(blocks.size(), false)};
   if (noise.size() < 4 || all.info() != Eigen::Success) return test;
   std::vector<int> counts(blocks.size(), 0);
   std::vector<double> freedom(blocks.size(), 1.0);
@@ -92,23 +92,14 @@ ViewTest test_views(const RobustAdjustment& fit, const std::vector<bool>& used, 
   test.dispersion = dispersion_of(reports, counts);
   const double scale = std::max(test.dispersion, correlation);
   const double common = median(noise);
-  double least = false_alarm / double(noise.size()), noisiest = noisy_ratio;
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     if (counts[i] == 0) continue;
     const double any = 1 - uncertainty::fisher_cdf(reports[i].influence / scale, counts[i], freedom[i]);
     const double zoom =
         1 - uncertainty::fisher_cdf(zoom_contradiction(all, blocks[i], fit.zoom) / scale, 1, freedom[i]);
     reports[i].probability = std::min(2 * std::min(any, zoom), 1.0);  // two tests share the false alarms
-    const double ratio = fit.view_noise[i] / common;
-    if (ratio <= noisiest && (noisiest > noisy_ratio || reports[i].probability >= least)) continue;
-    noisiest = std::max(ratio, noisy_ratio);
-    least = std::min(reports[i].probability, least);
-    test.worst = int(i);
+    test.noisy[i] = fit.view_noise[i] > noisy_ratio * common;
   }
-  if (test.worst >= 0)
-    reports[std::size_t(test.worst)].reason = noisiest > noisy_ratio
-                                                  ? "its points scatter far more than those of the other views"
-                                                  : "it requires a different camera from the other views";
   return test;
 }
 

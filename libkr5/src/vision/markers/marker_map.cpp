@@ -8,7 +8,7 @@
 
 #include <kr5/core/error.hpp>
 
-#include "vision/markers/marker_map_adjustment.hpp"
+#include "vision/markers/marker_map_stages.hpp"
 #include "vision/markers/marker_map_start.hpp"
 
 namespace kr5::vision {
@@ -67,33 +67,56 @@ std::string describe(const std::vector<std::vector<int>>& islands) {
   return text + "}";
 }
 
-void fill(MarkerMapResult& result, const MapProblem& p, const MapState& state, const MapSolution& solution,
-          const std::vector<int>& ids, const MarkerMapOptions& options) {
-  const double readings = 8.0 * static_cast<double>(p.sightings.size());
-  const double dof = readings - 6.0 * static_cast<double>(p.markers - 1 + p.images);
-  result.rms_px = std::sqrt(2 * solution.cost / readings);
-  result.sigma_pixel = options.sigma_pixel > 0 ? options.sigma_pixel : std::sqrt(solution.cost / std::max(dof, 1.0));
-  for (std::size_t k = 0; k < ids.size(); ++k) {
-    result.target.map.push_back({ids[k], options.size, state.T_map_marker[k]});
-    result.covariance.emplace_back(result.sigma_pixel * result.sigma_pixel * solution.covariance[k]);
-  }
-  std::vector<double> sums(static_cast<std::size_t>(p.images), 0.0), counts = sums;
-  for (std::size_t k = 0; k < p.sightings.size(); ++k) {
-    sums[static_cast<std::size_t>(p.sightings[k].image)] += solution.squares[k];
-    counts[static_cast<std::size_t>(p.sightings[k].image)] += 4;
-  }
-  for (std::size_t i = 0; i < sums.size(); ++i) {
+void write_images(const MapStages& stages, MarkerMapResult& result) {
+  double squares = 0, corners = 0;
+  const MapState state = stages.map->state();
+  for (std::size_t i = 0; i < stages.weights.size(); ++i) {
+    const double seen = 4.0 * static_cast<double>(stages.map->seen[i].size());
+    double own = 0;
+    for (const fit::FitMeasurement sighting : stages.map->seen[i])
+      own += stages.map->fit.residuals(sighting).squaredNorm();
     result.T_target_camera.push_back(state.T_camera_map[i].inverse());
-    result.view_rms_px.push_back(std::sqrt(sums[i] / counts[i]));
+    result.view_rms_px.push_back(std::sqrt(own / seen));
+    result.view_outlier.push_back(stages.weights[i] == 0);
+    if (stages.weights[i] > 0) squares += own, corners += seen;
   }
-  result.fit.status = solution.converged ? FitStatus::Converged : FitStatus::MaxIterations;
-  result.fit.iterations = solution.iterations;
-  result.fit.final_rms = std::sqrt(solution.cost / std::max(dof, 1.0)) / result.sigma_pixel;
-  result.fit.message = std::to_string(p.markers) + " markers from " + std::to_string(p.images) + " images";
-  if (!solution.determined || dof < 1) {
+  result.rms_px = std::sqrt(squares / corners);
+}
+
+void write_map(const MapProblem& p, const MapStages& stages, const std::vector<int>& ids,
+               const MarkerMapOptions& options, MarkerMapResult& result) {
+  const fit::Solution& solution = stages.result;
+  result.sigma_pixel = stages.sigma;
+  for (std::size_t k = 0; k < ids.size(); ++k) {
+    result.target.map.push_back({ids[k], options.size, stages.map->fit.pose(stages.map->markers[k])});
+    result.covariance.push_back(stages.covariance(k));
+  }
+  write_images(stages, result);
+  result.fit = {.status = solution.fit.status == FitStatus::Converged ? FitStatus::Converged : FitStatus::MaxIterations,
+                .iterations = stages.iterations,
+                .final_rms = std::sqrt(solution.cost / std::max(stages.dof(), 1.0)) / stages.sigma,
+                .message = std::to_string(p.markers) + " markers from " + std::to_string(p.images) + " images"};
+  if (!solution.unidentifiable.empty() || solution.fit.status == FitStatus::Degenerate || stages.dof() < 1) {
     result.fit.status = FitStatus::Degenerate;
     result.fit.message = "the images do not determine the map; take more images, from other directions";
   }
+}
+
+/// Tells another map that is near the result in its cost, by the marker that turns most, and refuses both where they
+/// cannot be told apart.
+void judge_rival(const MapStages& stages, const fit::pipeline::Rival<MapState>& rival, MarkerMapResult& result) {
+  std::size_t most = 0;
+  const auto turn = [&](std::size_t m) {
+    return pose_difference(result.target.map[m].T_target_marker, rival.at.T_map_marker[m]).tail<3>().norm();
+  };
+  for (std::size_t m = 1; m < result.target.map.size(); ++m)
+    if (turn(m) > turn(most)) most = m;
+  result.second = fit::pipeline::second_minimum(result.target.map[most].T_target_marker, rival.at.T_map_marker[most],
+                                                rival.best_cost, rival.cost, std::max(stages.dof(), 1.0));
+  if (result.second) result.second_marker = result.target.map[most].id;
+  fit::pipeline::refuse_undecided(
+      result.second, "two poses of marker " + std::to_string(result.second_marker) + " explain the images",
+      "take images from nearer, tilted by 20 to 45 degrees in several directions", result.fit);
 }
 
 }  // namespace
@@ -102,6 +125,7 @@ void MarkerMapOptions::validate() const {
   require(std::isfinite(size) && size > 0, "size must be positive: the side of the markers [m]");
   require(reference >= -1, "reference must be a marker id, or -1 for the lowest");
   require(std::isfinite(sigma_pixel) && sigma_pixel >= 0, "sigma_pixel must not be negative [px]; 0 means estimated");
+  require(outlier_false_alarm >= 0 && outlier_false_alarm < 1, "outlier_false_alarm must lie in [0, 1) [-]");
   require(max_iterations >= 1, "max_iterations must be at least 1");
 }
 
@@ -140,13 +164,15 @@ MarkerMapResult estimate_marker_map(std::span<const MarkerSighting> images, cons
     result.views.push_back(images[i].name);
     ++problem.images;
   }
-  MapState state = start_map(problem);
-  if (std::find(state.camera_known.begin(), state.camera_known.end(), false) != state.camera_known.end()) {
+  std::vector<MapState> starts = start_maps(problem);
+  if (starts.empty()) {
     result.fit.message = "no pose explains one of the images; is the camera the right one?";
     return result;
   }
-  const MapSolution solution = adjust_map(problem, state, options.max_iterations);
-  fill(result, problem, state, solution, ids, options);
+  MapStages stages(problem, std::move(starts), options);
+  const auto rival = fit::pipeline::run(stages);
+  write_map(problem, stages, ids, options, result);
+  if (rival) judge_rival(stages, *rival, result);
   return result;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include <kr5/vision/marker_map.hpp>
@@ -13,6 +14,9 @@ struct IndexedSighting {
   Eigen::Matrix<double, 2, 4> corners;
 };
 
+/// A position in a list.
+inline std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
 struct MapProblem {
   const Pinhole& camera;
   Eigen::Matrix<double, 3, 4> square;
@@ -22,7 +26,6 @@ struct MapProblem {
 
 struct MapState {
   std::vector<Pose> T_map_marker, T_camera_map;
-  std::vector<bool> marker_known, camera_known;
 };
 
 }  // namespace kr5::vision

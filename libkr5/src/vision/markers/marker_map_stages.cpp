@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "vision/markers/marker_map_stages.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <set>
+#include <string>
+#include <utility>
+
+#include <Eigen/Cholesky>
+
+#include <kr5/core/statistics.hpp>
+#include <kr5/fit/measurements/pixels.hpp>
+#include <kr5/uncertainty/confidence.hpp>
+
+#include "vision/markers/marker_map_start.hpp"
+
+namespace kr5::vision {
+namespace {
+
+constexpr double noise_spread = 3.0;  // the corners of an image that miss by so many times the noise do so for a reason
+constexpr double robust_scale = 2.0;  // scale of the robust loss, in standard deviations
+constexpr double min_sigma_pixel = 1e-6;  // [px]
+
+}  // namespace
+
+MapFit::MapFit(const MapProblem& p, const MapState& start, const std::vector<double>& weights) : seen(at(p.images)) {
+  const fit::FitBlock camera = fit.add_camera("camera", p.camera);
+  fit.hold(camera);
+  for (const Pose& T : start.T_map_marker)
+    markers.push_back(fit.add_pose("marker" + std::to_string(markers.size()), T));
+  fit.hold(markers[at(p.reference)]);
+  for (const Pose& T : start.T_camera_map)
+    images.push_back(fit.add_nuisance_pose("image" + std::to_string(images.size()), T));
+  for (const IndexedSighting& s : p.sightings) {
+    const fit::PoseChain chain = fit::PoseChain().then(images[at(s.image)]).then(markers[at(s.marker)]);
+    seen[at(s.image)].push_back(fit.add(fit::PixelMeasurement(chain, camera, p.square, s.corners, 1.0)));
+    fit.set_weight(seen[at(s.image)].back(), weights[at(s.image)]);
+  }
+}
+
+MapState MapFit::state() const {
+  MapState out;
+  for (const fit::FitBlock marker : markers) out.T_map_marker.push_back(fit.pose(marker));
+  for (const fit::FitBlock image : images) out.T_camera_map.push_back(fit.pose(image));
+  return out;
+}
+
+MapStages::MapStages(const MapProblem& problem, std::vector<MapState> starts, const MarkerMapOptions& options)
+    : weights(at(problem.images), 1.0), problem_(problem), starts_(std::move(starts)), options_(options) {
+  if (options.sigma_pixel > 0) sigma = options.sigma_pixel;
+}
+
+fit::Solution MapStages::solve(MapFit& fit, double scale) const {
+  return fit.fit.solve(
+      {.max_iterations = options_.max_iterations, .loss = scale, .cost_tolerance = 1e-10, .uncertainty = scale == 0});
+}
+
+double MapStages::dof() const {
+  double out = -6.0 * static_cast<double>(problem_.markers - 1);
+  for (std::size_t i = 0; i < weights.size(); ++i)
+    if (weights[i] > 0) out += 8.0 * static_cast<double>(map->seen[i].size()) - 6;
+  return out;
+}
+
+/// The images where the map puts them: an image that began in its other pose would not come back by itself.
+MapState MapStages::images_again(const std::vector<bool>& which) const {
+  MapState out = map->state();
+  for (std::size_t i = 0; i < which.size(); ++i)
+    if (which[i])
+      if (const auto T = camera_in_map(problem_, out, static_cast<int>(i))) out.T_camera_map[i] = T->T_camera_points;
+  return out;
+}
+
+/// Root of the mean square of the residuals of each image [px].
+std::vector<double> MapStages::rms_of_images() const {
+  std::vector<double> out;
+  for (const auto& image : map->seen) {
+    double squares = 0;
+    for (const fit::FitMeasurement corners : image) squares += map->fit.residuals(corners).squaredNorm();
+    out.push_back(std::sqrt(squares / (8.0 * static_cast<double>(image.size()))));
+  }
+  return out;
+}
+
+/// A robust fit, whose scale is that of most images; what it finds far off is put out, the tests that follow decide.
+void MapStages::begin(const MapState& from) {
+  const std::vector<bool> all(weights.size(), true);
+  weights.assign(weights.size(), 1.0);
+  map.emplace(problem_, from, weights);
+  for (int round = 0; round < 2; ++round) {
+    if (options_.sigma_pixel == 0) sigma = std::max(median(rms_of_images()), min_sigma_pixel);
+    iterations += solve(*map, robust_scale * sigma).fit.iterations;
+    map.emplace(problem_, images_again(all), weights);
+  }
+  const std::vector<double> rms = rms_of_images();
+  if (options_.sigma_pixel == 0) sigma = std::max(median(rms), min_sigma_pixel);
+  std::vector<std::size_t> order(rms.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return rms[a] < rms[b]; });
+  for (std::size_t k = order.size(); k-- > fewest();)
+    if (rms[order[k]] > noise_spread * sigma && !needed(order[k])) weights[order[k]] = 0.0;
+}
+
+void MapStages::find_noise() {
+  std::vector<bool> out;
+  for (const double weight : weights) out.push_back(weight == 0);
+  map.emplace(problem_, images_again(out), weights);
+  result = solve(*map, 0.0);
+  iterations += result.fit.iterations;
+  if (options_.sigma_pixel == 0) sigma = std::max(std::sqrt(result.cost / std::max(dof(), 1.0)), min_sigma_pixel);
+}
+
+/// Whether some marker has no connection to the others without this image.
+bool MapStages::needed(std::size_t image) const {
+  std::set<int> known = {problem_.reference};
+  for (std::size_t before = 0; before != known.size();) {
+    before = known.size();
+    std::vector<bool> joined(weights.size(), false);
+    for (const IndexedSighting& s : problem_.sightings)
+      if (weights[at(s.image)] > 0 && at(s.image) != image && known.contains(s.marker)) joined[at(s.image)] = true;
+    for (const IndexedSighting& s : problem_.sightings)
+      if (joined[at(s.image)]) known.insert(s.marker);
+  }
+  return known.size() < at(problem_.markers);
+}
+
+/// Of each image being sound. Images differ in their noise, so that a small one among many is no contradiction.
+std::vector<double> MapStages::probabilities() const {
+  const double freedom = options_.sigma_pixel > 0 ? uncertainty::known_noise : std::max(dof(), 1.0);
+  std::vector<double> out;
+  for (std::size_t i = 0; i < weights.size(); ++i) {
+    const bool used = weights[i] > 0;
+    const fit::Agreement agreement = result.agreement(map->fit, map->seen[i]);
+    const double squared = agreement.squared_distance / (sigma * sigma);
+    const bool sound = squared < noise_spread * noise_spread * agreement.dof || (used && needed(i));
+    out.push_back(sound ? 1.0 : fit::pipeline::sound_probability(squared, agreement.dof, used, freedom));
+  }
+  return out;
+}
+
+/// All images, robust, with the noise that was found.
+fit::pipeline::Minimum<MapState> MapStages::revisit(const MapState& from) const {
+  MapFit there(problem_, from, std::vector<double>(weights.size(), 1.0));
+  const double cost = solve(there, robust_scale * sigma).cost;
+  return {there.state(), cost / (sigma * sigma)};
+}
+
+Matrix6 MapStages::covariance(std::size_t marker) const {
+  const int place = result.places(map->markers[marker])[0];
+  if (place < 0) return Matrix6::Zero();
+  return sigma * sigma * result.covariance.block<6, 6>(place, place);
+}
+
+/// Whether all markers lie within what the images leave open anyway.
+bool MapStages::same(const MapState& one, const MapState& other) const {
+  for (std::size_t m = 0; m < map->markers.size(); ++m) {
+    Matrix6 C = covariance(m);
+    if (!C.allFinite()) return true;  // no map is determined
+    C.diagonal().head<3>().array() += 1e-10, C.diagonal().tail<3>().array() += 1e-8;
+    const Vector6 d = pose_difference(one.T_map_marker[m], other.T_map_marker[m]);
+    if (d.dot(C.ldlt().solve(d)) > uncertainty::chi_square_quantile(1 - 1e-6, 6)) return false;
+  }
+  return true;
+}
+
+}  // namespace kr5::vision
