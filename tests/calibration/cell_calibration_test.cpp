@@ -291,6 +291,19 @@ TEST_CASE("a stop that contradicts the others is named and has no part") {
   CHECK(r.sigma_robot_position < 0.0004);
 }
 
+TEST_CASE("a cell begins at the second pose of its camera, too, and ends at the better one") {
+  const HandEyeWorld world =
+      test::make_hand_eye_world({.views = 6, .rows = 4, .cols = 4, .square = 0.004, .sigma_pixel = 1.0, .seed = 103});
+  CellCalibrationOptions options;
+  options.hold = {"camera"};
+  const CellCalibrationResult r = calibrate_cell(stops_of(world), {.camera = world.camera}, options);
+  REQUIRE(r.start.fit.usable());
+  REQUIRE(r.start.second);
+  CHECK(r.fit.usable());
+  const Vector6 error = pose_difference(r.T_mount_camera, world.T_mount_camera);
+  CHECK(error.dot(r.covariance.ldlt().solve(error)) < uncertainty::chi_square_quantile(0.9999, 6));
+}
+
 TEST_CASE("a wrist that turns about one axis is refused, and wrong input is named") {
   const HandEyeWorld still = test::make_hand_eye_world({.views = 10, .axes = 1});
   CHECK_FALSE(calibrate_cell(stops_of(still), {.camera = still.camera, .markers = {}, .arm = {}}).fit.usable());

@@ -53,8 +53,11 @@ MapStages::MapStages(const MapProblem& problem, std::vector<MapState> starts, co
 }
 
 fit::Solution MapStages::solve(MapFit& fit, double scale) const {
-  return fit.fit.solve(
-      {.max_iterations = options_.max_iterations, .loss = scale, .cost_tolerance = 1e-10, .uncertainty = scale == 0});
+  const bool rough = scale > 0;
+  return fit.fit.solve({.max_iterations = options_.max_iterations,
+                        .loss = scale,
+                        .cost_tolerance = rough ? 1e-6 : 1e-10,
+                        .uncertainty = !rough});
 }
 
 double MapStages::dof() const {

@@ -14,8 +14,8 @@ namespace {
 
 using Solutions = std::vector<Resection>;
 
-constexpr double near_map = 4.0;     // ratio of squares up to which another pose is a start, too
-constexpr double other_turn = 0.02;  // [rad]
+constexpr double near_map = 4.0;    // ratio of squares up to which another pose is a start, too
+constexpr double other_turn = 0.1;  // beyond what noise turns the pose of a single marker [rad]
 constexpr std::size_t most_alternatives = 3;
 
 /// Pose of the map in an image from the known markers in it.
