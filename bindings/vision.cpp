@@ -22,6 +22,7 @@ using namespace kr5;
 using namespace kr5::vision;
 
 static void bind_camera_calibration(py::module_& m) {
+  python::bind_enum<CameraMethod>(m, "CameraMethod", "Method of a camera calibration.");
   python::bind_struct<CameraOptions>(m, "CameraOptions", "Options of calibrate_camera.");
   python::bind_struct<CameraViewReport>(m, "CameraViewReport", "Agreement of one view with a camera calibration.");
   python::bind_struct<CameraModelScore>(m, "CameraModelScore", "Score of one of the compared camera models.");
@@ -40,19 +41,13 @@ static void bind_camera_calibration(py::module_& m) {
 }
 
 static void bind_camera_peers(py::module_& m) {
-  const auto define = [&m](const char* name, auto function, LensModel lens, const char* doc) {
-    m.def(
-        name,
-        [function](const std::vector<View>& views, int width, int height, LensModel model) {
-          return function(views, width, height, model);
-        },
-        py::arg("views"), py::arg("width"), py::arg("height"), py::arg("lens") = lens,
-        py::call_guard<py::gil_scoped_release>(), doc);
-  };
-  define("calibrate_camera_opencv", &calibrate_camera_opencv, LensModel::Brown5,
-         "OpenCV's calibrateCamera on the same views.");
-  define("calibrate_camera_visp", &calibrate_camera_visp, LensModel::K1,
-         "ViSP's vpCalibration on the same views; lens none or k1.");
+  m.def(
+      "calibrate_camera_opencv",
+      [](const std::vector<View>& views, int width, int height, LensModel lens) {
+        return calibrate_camera_opencv(views, width, height, lens);
+      },
+      py::arg("views"), py::arg("width"), py::arg("height"), py::arg("lens") = LensModel::Brown5,
+      py::call_guard<py::gil_scoped_release>(), "OpenCV's calibrateCamera on the same views.");
 }
 
 using python::GreyArray;

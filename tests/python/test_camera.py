@@ -41,7 +41,7 @@ def test_calibration_from_python():
 def test_peers_from_python():
     for peer in (
         vision.calibrate_camera_opencv(views(), 640, 480, "k1k2"),
-        vision.calibrate_camera_visp(views(), 640, 480),
+        vision.calibrate_camera(views(), 640, 480, vision.CameraOptions(method="visp")),
     ):
         assert peer.fit.usable and abs(peer.camera.fx - CAMERA["fx"]) < 20
 

@@ -19,20 +19,23 @@ TEST_CASE("OpenCV and ViSP answer the same question on the same views", "[not_sa
   Scene s;
   s.noise = 0.1;
   const std::vector<View> views = see_many(random, c, s, 10);
-  CameraOptions o;
+  CameraOptions o, visp;
   o.lens = LensModel::K1, o.square_pixels = false, o.bent_target = false, o.robust = false, o.folds = 0;
+  visp.method = CameraMethod::Visp;
   const CameraCalibration ours = calibrate_camera(views, c.width, c.height, o);
-  for (const CameraCalibration& peer : {calibrate_camera_opencv(views, c.width, c.height, LensModel::K1),
-                                        calibrate_camera_visp(views, c.width, c.height)}) {
+  const CameraCalibration opencv = calibrate_camera_opencv(views, c.width, c.height, LensModel::K1);
+  const CameraCalibration by_visp = calibrate_camera(views, c.width, c.height, visp);
+  for (const CameraCalibration& peer : {opencv, by_visp}) {
     CAPTURE(peer.fit.message);
     REQUIRE(peer.fit.usable());
     CHECK(std::abs(peer.camera.fx - c.fx) < 5);
     CHECK(std::abs(peer.camera.k1 - c.k1) < 0.01);
     CHECK(peer.views.size() == views.size());
     CHECK(ours.rms_px <= peer.rms_px + 1e-4);
+    CHECK(std::sqrt(peer.covariance(0, 0)) == Approx(std::sqrt(ours.covariance(0, 0))).epsilon(0.1));
   }
-  const CameraCalibration opencv = calibrate_camera_opencv(views, c.width, c.height, LensModel::K1);
-  CHECK(std::sqrt(opencv.covariance(0, 0)) == Approx(std::sqrt(ours.covariance(0, 0))).epsilon(0.1));
+  CHECK(by_visp.lens == LensModel::K1);
+  CHECK(by_visp.fit.message == "converged");
 }
 
 TEST_CASE("lens models that a peer does not have are refused") {
@@ -40,8 +43,23 @@ TEST_CASE("lens models that a peer does not have are refused") {
   const Pinhole c = true_camera();
   const std::vector<View> views = see_many(random, c, Scene(), 3);
   CHECK_THROWS_AS(calibrate_camera_opencv(views, c.width, c.height, LensModel::Radial6), InvalidArgument);
-  CHECK_THROWS_AS(calibrate_camera_visp(views, c.width, c.height, LensModel::Brown5), InvalidArgument);
-  CHECK_THROWS_AS(calibrate_camera_visp({}, c.width, c.height), InvalidArgument);
+  CameraOptions visp;
+  visp.method = CameraMethod::Visp;
+  CHECK_THROWS_AS(calibrate_camera({}, c.width, c.height, visp), InvalidArgument);
+  visp.lens = LensModel::Brown5;
+  CHECK_THROWS_WITH(calibrate_camera(views, c.width, c.height, visp), Catch::Contains("method visp"));
+}
+
+TEST_CASE("views that do not determine the camera are told with ViSP's method, too", "[not_sanitized]") {
+  Random random(7);
+  const Pinhole c = true_camera();
+  Scene s;
+  s.tilt = 0.01;
+  CameraOptions visp;
+  visp.method = CameraMethod::Visp;
+  const CameraCalibration result = calibrate_camera(see_many(random, c, s, 8), c.width, c.height, visp);
+  CHECK_FALSE(result.fit.usable());
+  CAPTURE(result.fit.message);
 }
 
 }  // namespace camera_peers_test

@@ -277,13 +277,14 @@ def _show_peers(
 ) -> None:
     lens = "rational8" if str(result.lens) == "radial6" else str(result.lens)
     visp_lens = "none" if lens == "none" else "k1"
-    opencv, visp = vision.calibrate_camera_opencv, vision.calibrate_camera_visp
+    opencv = vision.calibrate_camera_opencv
+    by_visp = vision.CameraOptions(method="visp", lens=visp_lens)
     with spinner("Calibrating with OpenCV and ViSP …"):
         answers = {
             f"kr5 {result.lens}": result,
             f"OpenCV {lens}": opencv(views, *size, kr5.LensModel(lens)),
             "OpenCV brown5 (default)": opencv(views, *size, kr5.LensModel("brown5")),
-            f"ViSP {visp_lens}": visp(views, *size, kr5.LensModel(visp_lens)),
+            f"ViSP {visp_lens}": vision.calibrate_camera(views, *size, by_visp),
         }
     rows = []
     for name, r in answers.items():

@@ -14,7 +14,14 @@
 
 namespace kr5::vision {
 
+enum class CameraMethod { Kr5, Visp };
+
+constexpr auto enum_names(CameraMethod) {
+  return names<CameraMethod>({{CameraMethod::Kr5, "kr5"}, {CameraMethod::Visp, "visp"}});
+}
+
 struct CameraOptions {
+  CameraMethod method = CameraMethod::Kr5;
   std::optional<LensModel> lens = std::nullopt;      ///< Empty: chosen by error on held-out views.
   std::optional<bool> square_pixels = std::nullopt;  ///< Empty: chosen by error on held-out views.
   std::optional<bool> bent_target = std::nullopt;    ///< Empty: chosen by error on held-out views.
@@ -29,6 +36,9 @@ struct CameraOptions {
   void validate() const;
 
   static void each_field(auto& self, auto&& visit) {
+    visit("method", self.method,
+          "Method: kr5 | visp (ViSP's vpCalibration, lens none or k1, all views; uncertainty and findings are those of "
+          "kr5 at its camera).");
     visit("lens", self.lens,
           "Lens model: none | k1 | k1k2 | brown4 | brown5 | radial6 | rational8; by default chosen by held-out views.");
     visit("square_pixels", self.square_pixels, "Square pixels, fx = fy; by default chosen by held-out views.");
@@ -68,6 +78,9 @@ struct CameraOptions {
 /// 5. Covariance from the information matrix, poses marginalised, noise estimated from the residuals; widened by
 ///    `dispersion`: the `correlation` of points that err together, or by how much views disagree more than their noise
 ///    allows (the lens is not quite of the model), whichever is more; the test of 3. is scaled by it too.
+///
+/// `CameraMethod::Visp` has the camera of ViSP's vpCalibration in place of 1. to 4.; a failure of ViSP is
+/// `FitStatus::Degenerate` with its message.
 ///
 /// Data that cannot determine the camera give `fit.status == FitStatus::Degenerate` and the reason in `findings`: fewer
 /// than three views (of flat targets; one suffices for a spatial one), all views alike or all parallel to the image.

@@ -7,7 +7,7 @@
 #include <kr5/vision/camera_calibration_result.hpp>
 
 /// @file
-/// The calibrations of OpenCV and ViSP on the same views, to stand beside ours.
+/// The calibration of OpenCV on the same views, to stand beside ours.
 
 namespace kr5::vision {
 
@@ -17,10 +17,5 @@ namespace kr5::vision {
 /// A failure of the peer is `FitStatus::Degenerate` with its message.
 CameraCalibration calibrate_camera_opencv(std::span<const View> views, int width, int height,
                                           LensModel lens = LensModel::Brown5);
-
-/// ViSP's vpCalibration, lens models None and K1 (its k_ud); it gives no standard deviations.
-/// @throws InvalidArgument as above, and for any other lens.
-CameraCalibration calibrate_camera_visp(std::span<const View> views, int width, int height,
-                                        LensModel lens = LensModel::K1);
 
 }  // namespace kr5::vision

@@ -10,6 +10,7 @@
 #include <kr5/core/error.hpp>
 #include <kr5/core/linear.hpp>
 
+#include "vision/camera_calibration/camera_by_visp.hpp"
 #include "vision/camera_calibration/camera_findings.hpp"
 #include "vision/camera_calibration/camera_stages.hpp"
 #include "vision/camera_calibration/check_views.hpp"
@@ -118,9 +119,42 @@ CameraModel choose_model(const CameraProblem& problem, const RobustAdjustment& r
   return chosen;
 }
 
+/// ViSP's camera, judged by our equations there; false when it has none.
+bool calibrate_by_visp(const CameraProblem& problem, const CameraStart& start, const CameraOptions& options,
+                       CameraCalibration& result) {
+  const CameraModel model{options.lens.value_or(LensModel::K1)};
+  const CameraByVisp visp = camera_by_visp(problem, start.states.front(), start.sound, model.lens);
+  if (!visp.failure.empty()) {
+    result.fit.message = visp.failure;
+    return false;
+  }
+  const RobustAdjustment fit = adjust_robustly(problem, model, visp.state, start.sound, options.robust, 0);
+  report_fit(problem, model, fit, start.sound, options.correlation, result);
+  if (result.fit.usable()) result.fit.status = FitStatus::Converged;
+  return true;
+}
+
+/// By the pipeline; what it says of a second minimum.
+std::optional<SecondCamera> calibrate_robustly(const CameraProblem& problem, CameraStages& stages,
+                                               const CameraOptions& options, CameraCalibration& result) {
+  const auto rival = fit::pipeline::run(stages);
+  stages.name_outliers();
+  const std::vector<bool> used = stages.used();
+  const CameraModel model = choose_model(problem, *stages.fit, used, options, result);
+  if (!(model == reference_model(options)))
+    stages.fit = adjust_robustly(problem, model, stages.fit->adjustment.state(), used, options.robust, 3);
+  result.fit.iterations = stages.rough_iterations;
+  report_fit(problem, model, *stages.fit, used, options.correlation, result);
+  result.fit.initial_rms = stages.fit->sigma > 0 ? stages.initial_rms / stages.fit->sigma : 0;
+  if (!rival || !result.fit.usable()) return std::nullopt;
+  return stages.second(*rival, std::max(result.dispersion, options.correlation));
+}
+
 }  // namespace
 
 void CameraOptions::validate() const {
+  require(method != CameraMethod::Visp || !lens || *lens == LensModel::None || *lens == LensModel::K1,
+          "lens must be none or k1 with the method visp, which has no other");
   require(false_alarm > 0 && false_alarm < 0.5, "false_alarm must lie between 0 and 0.5 [-]");
   require(std::isfinite(correlation) && correlation >= 1, "correlation must be at least 1 [-]");
   require(folds == 0 || folds >= 2, "folds must be 0 or at least 2");
@@ -134,22 +168,18 @@ CameraCalibration calibrate_camera(std::span<const View> views, int width, int h
   CameraCalibration result;
   result.camera.width = width, result.camera.height = height;
   const CameraProblem problem{views, common_plane(views), options.max_iterations};
-  CameraStages stages(problem, options, guess_camera(views, width, height), result.views);
+  const CameraStart start = guess_camera(views, width, height);
+  CameraStages stages(problem, options, start, result.views);
   std::optional<SecondCamera> second;
-  if (stages.any()) {
-    const auto rival = fit::pipeline::run(stages);
-    stages.name_outliers();
-    const std::vector<bool> used = stages.used();
-    const CameraModel model = choose_model(problem, *stages.fit, used, options, result);
-    if (!(model == reference_model(options)))
-      stages.fit = adjust_robustly(problem, model, stages.fit->adjustment.state(), used, options.robust, 3);
-    result.fit.iterations = stages.rough_iterations;
-    report_fit(problem, model, *stages.fit, used, options.correlation, result);
-    result.fit.initial_rms = stages.fit->sigma > 0 ? stages.initial_rms / stages.fit->sigma : 0;
-    if (rival && result.fit.usable()) second = stages.second(*rival, std::max(result.dispersion, options.correlation));
+  std::vector<bool> used = start.sound;
+  if (options.method == CameraMethod::Visp) {
+    if (stages.any() && !calibrate_by_visp(problem, start, options, result)) return result;
+  } else if (stages.any()) {
+    second = calibrate_robustly(problem, stages, options, result);
+    used = stages.used();
   }
   result.coverage = coverage_of(views, result.views, width, height);
-  add_findings(stages.used(), problem.plane, second, result);
+  add_findings(used, problem.plane, second, result);
   return result;
 }
 

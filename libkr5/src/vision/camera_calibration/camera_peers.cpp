@@ -9,9 +9,7 @@
 #include <kr5/core/error.hpp>
 
 #include "vision/camera_calibration/camera_model.hpp"
-#include "vision/camera_calibration/camera_start.hpp"
 #include "vision/camera_calibration/check_views.hpp"
-#include "vision/camera_calibration/visp_camera.hpp"
 
 namespace kr5::vision {
 namespace {
@@ -122,26 +120,6 @@ CameraCalibration calibrate_camera_opencv(std::span<const View> views, int width
   } catch (const cv::Exception& e) {
     result.fit.message = "OpenCV: " + e.err;
   }
-  return result;
-}
-
-CameraCalibration calibrate_camera_visp(std::span<const View> views, int width, int height, LensModel lens) {
-  require(lens == LensModel::None || lens == LensModel::K1,
-          "calibrate_camera_visp: ViSP supports only the lens models none and k1");
-  CameraCalibration result = empty_result(views, width, height, lens);
-  std::vector<Eigen::Matrix3Xd> points;
-  std::vector<Eigen::Matrix2Xd> pixels;
-  for (const View& v : views) points.push_back(v.points), pixels.push_back(v.pixels);
-  const Pinhole guess = guess_camera(views, width, height).states.front().camera;
-  const VispCamera answer =
-      visp_camera(points, pixels, {guess.fx, guess.fy, guess.cx, guess.cy, 0, {}, {}}, lens == LensModel::K1);
-  if (!answer.failure.empty()) {
-    result.fit.message = answer.failure;
-    return result;
-  }
-  result.camera.fx = answer.px, result.camera.fy = answer.py;
-  result.camera.cx = answer.u0, result.camera.cy = answer.v0, result.camera.k1 = answer.kud;
-  report_views(views, answer.poses, result);
   return result;
 }
 

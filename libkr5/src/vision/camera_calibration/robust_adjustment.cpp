@@ -98,10 +98,10 @@ RobustAdjustment adjust_robustly(const CameraProblem& problem, const CameraModel
   fit.zoom = basis.topRows<2>().colwise().sum().transpose();
   fit.weights.resize(problem.views.size());
   fit.view_noise.resize(problem.views.size());
-  for (int round = 0; round < (robust ? rounds : 1); ++round) {
+  for (int round = 0; round < (robust ? std::max(rounds, 1) : 1); ++round) {
     update_weights(problem, used, robust, lost, fit);
     fit.adjustment.set_weights(fit.weights);
-    fit.adjustment.minimise();
+    if (rounds > 0) fit.adjustment.minimise();
   }
   measure_noise(problem, basis.cols(), robust, fit);
   return fit;

@@ -15,6 +15,7 @@ struct RobustAdjustment {
   double sigma = 0.0;              ///< [px]
   int points = 0;
 };
+/// After so many rounds of weights and a fit with them; 0: the weights at the start, where it stays.
 RobustAdjustment adjust_robustly(const CameraProblem& problem, const CameraModel& model, const CameraState& start,
                                  const std::vector<bool>& used, bool robust, int rounds);
 /// Robust scale of a view's residuals per axis [px].
