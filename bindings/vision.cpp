@@ -2,7 +2,6 @@
 #include <filesystem>
 
 #include <kr5/vision/camera_calibration.hpp>
-#include <kr5/vision/camera_peers.hpp>
 #include <kr5/vision/family.hpp>
 #include <kr5/vision/find_hole.hpp>
 #include <kr5/vision/find_target.hpp>
@@ -38,16 +37,6 @@ static void bind_camera_calibration(py::module_& m) {
       py::call_guard<py::gil_scoped_release>(),
       "Calibrates a camera from views of targets by robust bundle adjustment; names contradicting views and "
       "chooses\nthe model by the error on held-out views. Check `fit.usable` and `findings` before using `camera`.");
-}
-
-static void bind_camera_peers(py::module_& m) {
-  m.def(
-      "calibrate_camera_opencv",
-      [](const std::vector<View>& views, int width, int height, LensModel lens) {
-        return calibrate_camera_opencv(views, width, height, lens);
-      },
-      py::arg("views"), py::arg("width"), py::arg("height"), py::arg("lens") = LensModel::Brown5,
-      py::call_guard<py::gil_scoped_release>(), "OpenCV's calibrateCamera on the same views.");
 }
 
 using python::GreyArray;
@@ -279,5 +268,4 @@ void bind_vision(py::module_& m) {
   bind_hole(m);
   bind_servo(m);
   bind_camera_calibration(m);
-  bind_camera_peers(m);
 }

@@ -24,7 +24,7 @@ def start_up(tmp_path):
 @pytest.mark.parametrize(
     "words",
     [
-        ["calibrate", "camera", "{images}", "--target", "grid:36h11:5x7:0.03:0.01", "--peers"],
+        ["calibrate", "camera", "{images}", "--target", "grid:36h11:5x7:0.03:0.01"],
         ["calibrate", "hand-eye", "{demo}"],
         ["target", "print", "--target", "chessboard:6x9:0.025", "-o", "board.pdf"],
         ["gap", "diagnose", "{recording}", "--report", "gap.html"],

@@ -7,12 +7,12 @@
 #include <kr5/core/error.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 #include <kr5/vision/camera_calibration.hpp>
-#include <kr5/vision/camera_peers.hpp>
 #include <kr5/vision/find_target.hpp>
 #include <support/coverage.hpp>
 #include <support/rates.hpp>
 #include <support/trials.hpp>
 #include "support/camera_scene.hpp"
+#include "support/opencv_camera.hpp"
 #include "support/reference.hpp"
 
 namespace camera_calibration_test {
@@ -316,7 +316,7 @@ TEST_CASE("on OpenCV's chessboard images the fit is as good as OpenCV's, and the
     CameraOptions o = fixed(LensModel::Brown5);
     o.square_pixels = false, o.robust = false, o.reject_views = false;
     const CameraCalibration plain = calibrate_camera(views, 640, 480, o);
-    const CameraCalibration peer = calibrate_camera_opencv(views, 640, 480, LensModel::Brown5);
+    const OpencvCamera peer = opencv_camera(views, 640, 480, 5);
     CHECK(plain.rms_px <= peer.rms_px + 1e-5);
     const CameraCalibration result = calibrate_camera(views, 640, 480);
     REQUIRE(result.fit.usable());
@@ -344,8 +344,9 @@ TEST_CASE("ViSP's five small images of circles are calibrated as well as by ViSP
   REQUIRE(plain.fit.usable());
   CameraOptions visp = o;
   visp.method = CameraMethod::Visp;
-  for (const CameraCalibration& peer :
-       {calibrate_camera_opencv(views, 320, 240, LensModel::None), calibrate_camera(views, 320, 240, visp)}) {
+  const CameraCalibration by_visp = calibrate_camera(views, 320, 240, visp);
+  for (const OpencvCamera& peer :
+       {opencv_camera(views, 320, 240, 0), OpencvCamera{by_visp.camera, by_visp.rms_px, 0.0}}) {
     CHECK(plain.rms_px <= peer.rms_px + 1e-4);
     CHECK(std::abs(plain.camera.fx - peer.camera.fx) < 4 * std::sqrt(plain.covariance(0, 0)));
   }

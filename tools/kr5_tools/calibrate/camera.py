@@ -52,9 +52,6 @@ def camera(
     max_views: Annotated[
         int, typer.Option(min=3, help="Maximum number of images; from more, this number is selected at even spacing.")
     ] = MOST_CAMERA_VIEWS,
-    peers: Annotated[
-        bool, typer.Option("--peers", help="Also print the calibrations of OpenCV and ViSP from the same points.")
-    ] = False,
     cell_file: CellOption = None,
     write_cell: WriteCellOption = None,
 ) -> None:
@@ -79,8 +76,6 @@ def camera(
     out = console(json_file)
     data = write_result(None, "kr5-camera/1", **_keys(result, [files[i] for i in seen.index], seen, target))
     _show(result, data, out)
-    if peers:
-        _show_peers(result, seen.views, (seen.width, seen.height), out)
     write_if_usable(data, result.fit, output, json_file)
     exports.write(data, out)
     if believed:
@@ -269,39 +264,4 @@ def _show(result: kr5.vision.CameraCalibration, data: dict[str, Any], out: Conso
         f"Coverage: {100 * c.cells_hit:.0f} % of the image's cells, largest empty rectangle {100 * c.largest_gap:.0f}"
         f" %; tilt {np.degrees(c.tilt_min):.0f} to {np.degrees(c.tilt_max):.0f} deg, farthest / nearest"
         f" {c.distance_ratio:.2f}"
-    )
-
-
-def _show_peers(
-    result: kr5.vision.CameraCalibration, views: list[kr5.View], size: tuple[int, int], out: Console
-) -> None:
-    lens = "rational8" if str(result.lens) == "radial6" else str(result.lens)
-    visp_lens = "none" if lens == "none" else "k1"
-    opencv = vision.calibrate_camera_opencv
-    by_visp = vision.CameraOptions(method="visp", lens=visp_lens)
-    with spinner("Calibrating with OpenCV and ViSP …"):
-        answers = {
-            f"kr5 {result.lens}": result,
-            f"OpenCV {lens}": opencv(views, *size, kr5.LensModel(lens)),
-            "OpenCV brown5 (default)": opencv(views, *size, kr5.LensModel("brown5")),
-            f"ViSP {visp_lens}": vision.calibrate_camera(views, *size, by_visp),
-        }
-    rows = []
-    for name, r in answers.items():
-        if not r.fit.usable:
-            rows.append([name, "–", *["–"] * 5, r.fit.message])
-            continue
-        std = np.sqrt(np.diag(r.covariance))
-        cells = [
-            format_number(getattr(r.camera, p), s) + (f" ± {format_number(s, s)}" if s else "")
-            for p, s in zip(PARAMETERS[:5], std)
-        ]
-        rows.append([name, f"{r.rms_px:.4f}", *cells, ""])
-    out.print()
-    out.print(
-        make_table(
-            "Comparison with OpenCV and ViSP (same points)",
-            ["calibration", "RMS [px]", "fx [px]", "fy [px]", "cx [px]", "cy [px]", "k1 [-]", ""],
-            rows,
-        )
     )
