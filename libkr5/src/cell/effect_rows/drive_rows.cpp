@@ -188,7 +188,8 @@ std::vector<Effect> drive_rows() {
                            [](const Site& at) { return typical::scale * at.cell.drives->torque_constant(at.index); },
                        .range =
                            [](const Site& at) {
-                             return ValueRange{0.1 * at.cell.drives->torque_constant(at.index), 1e4};
+                             const double stated = at.cell.drives->torque_constant(at.index);
+                             return ValueRange{0.1 * stated, 10 * stated};  // beyond it a motor is another one
                            }}},
        .needs = has_drives},
       {.id = "rotor_inertia",
