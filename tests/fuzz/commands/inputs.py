@@ -251,6 +251,14 @@ JOBS = [
     Job(
         "gap diagnose, plan", "gap explain recording --json out.json", "recording", ("recording/*",), ("out.json",), 0.5
     ),
+    Job(
+        "gap diagnose, plan",
+        "gap compare recording recording --json out.json",
+        "recording",
+        ("recording/*",),
+        ("out.json",),
+        0.3,
+    ),
     Job("gap cases", "gap cases cases --json out.json", "cases", ("cases/labels.json",), ("out.json",)),
     Job(
         "camera and map JSON",
