@@ -82,7 +82,7 @@ def _parameter_rows(change: dict[str, Any], parameter: dict[str, Any], first: bo
             change_of = factor * (parameter["second"][k] - parameter["first"][k])
             difference = f"{format_number(change_of, factor * std)} ± {format_number(factor * std, factor * std)}"
         named = first and k == 0
-        axis = f" {'xyz'[k]}" if len(parameter["std"]) == 3 else ""
+        axis = f" {'xyz'[k]}" if 1 < len(parameter["std"]) <= 3 else ""
         rows.append(
             [
                 effect_text(change["effect"], change["target"]) if named else "",
