@@ -307,6 +307,8 @@ void bind_comparison(py::module_& m) {
                     "second.")
       .def_readonly("reversed", &RecordingComparison::reversed,
                     "Whether the difference was explained only from the second recording to the first.")
+      .def_readonly("by_arm", &RecordingComparison::by_arm,
+                    "Whether the freely fitted arm of one recording was the reference of the other.")
       .def_readonly("changes", &RecordingComparison::changes, "Effects that differ, most probable first.")
       .def_readonly("common", &RecordingComparison::common, "Causes of the first recording that did not change.")
       .def_readonly("gap_with_model", &RecordingComparison::gap_with_model,

@@ -1,5 +1,7 @@
 #include <kr5/arm_log/compare_recordings.hpp>
 
+#include <algorithm>
+
 #include <catch2/catch.hpp>
 
 #include <kr5/arm_log/comparison_text.hpp>
@@ -88,6 +90,58 @@ TEST_CASE("a payload is the only change between logs with and without it") {
   CHECK(mass.first.at(0) == Approx(1.2).margin(4 * mass.std[0]));
   CHECK(taken_off.reversed);
   CHECK(taken_off.changes[0].parameters.at(1).second.empty());  // what is not there has no centre of mass
+}
+
+/// An arm that carries a mass [kg].
+cell::Cell carrying(cell::Cell arm, double mass) {
+  cell::set_effect(arm, "payload", "tool", "mass", mass);
+  cell::set_effect(arm, "payload", "tool", "com", Eigen::VectorXd(Eigen::Vector3d(0.02, 0.0, 0.06)));
+  return arm;
+}
+
+TEST_CASE("a heavier payload is told with its whole mass") {
+  cell::Cell described = moved_arm();
+  described.drives->friction.coulomb[1] = 2.0;
+  const auto found = compared(carrying(described, 1.0), carrying(described, 1.5));
+  check_only(found, "payload", "tool");
+  const auto& mass = found.changes[0].parameters.at(0);
+  CHECK(mass.first.at(0) == Approx(1.0).margin(0.05));
+  CHECK(mass.second.at(0) - mass.first.at(0) == Approx(0.5).margin(4 * mass.std[0]));
+}
+
+TEST_CASE("a ripple of both arms is no change") {
+  cell::Cell arm = worn_arm();
+  cell::set_effect(arm, "torque_ripple", "joint2", "amplitude", 1.0);
+  cell::set_effect(arm, "torque_ripple", "joint2", "cycles", 24.0);
+  const auto found = compared(arm, arm);
+  INFO(text(found) + text(found.first) + text(found.difference));
+  CHECK(found.changes.empty());
+}
+
+TEST_CASE("a load that one log did not measure is no change") {
+  const cell::Cell model = described_arm();
+  arm_log::ArmLog dead = logged(worn_arm());
+  dead.effort.col(2) *= 1e-3;
+  const cell::Recording second = arm_log::prepare_log(dead, model, {.trust = true}).recording;
+  const auto found = arm_log::compare_recordings(recorded(worn_arm(), 5, 1.1), second, predict::FastSimulator());
+  INFO(text(found) + text(found.first) + text(found.difference));
+  CHECK(found.changes.empty());
+}
+
+TEST_CASE("a joint that turns one way only in the first log widens what is said of it") {
+  LoggedMotionOptions slow;
+  slow.slowness = 4.0;
+  arm_log::ArmLog log = logged(worn_arm(), slow);
+  const double duration = log.t[log.t.size() - 1];
+  log.q.col(0) = 0.2 * log.t + 0.02 * (log.t.array() * 3.0).sin().matrix();  // never turns round
+  log.effort = efforts_of(worn_arm(), log.t, log.q);
+  Random random(7);
+  for (int j = 0; j < logged_joints; ++j) log.effort.col(j) += 0.1 * random.normal_vector(log.t.size());
+  REQUIRE(duration > 10);
+  const cell::Recording first = arm_log::prepare_log(log, described_arm(), {.trust = true}).recording;
+  const auto found = arm_log::compare_recordings(first, recorded(worn_arm(), 8), predict::FastSimulator());
+  INFO(text(found) + text(found.first) + text(found.difference));
+  CHECK(std::ranges::none_of(found.changes, [](const auto& change) { return change.target == "joint2"; }));
 }
 
 TEST_CASE("recordings of different robots are not compared") {

@@ -1,6 +1,7 @@
 #include <kr5/arm_log/log_problem.hpp>
 
 #include <algorithm>
+#include <cmath>
 
 #include <catch2/catch.hpp>
 
@@ -54,7 +55,7 @@ TEST_CASE("a load that is another joint's is told, not blamed on the arm") {
   CHECK(found.kind == LogProblemKind::Copy);
   CHECK(found.joint == 2);
   CHECK(found.other == 1);
-  CHECK_THROWS_WITH(arm_log::diagnose_log(log, limited_arm()), Contains("the load of joint 2, in every row"));
+  CHECK_THROWS_WITH(arm_log::diagnose_log(log, limited_arm()), Contains("the load of joint 2, or a multiple of it"));
 }
 
 TEST_CASE("loads without their sign are told as such, not as a reversed joint") {
@@ -65,15 +66,24 @@ TEST_CASE("loads without their sign are told as such, not as a reversed joint") 
   CHECK_FALSE(found.columns.empty());
 }
 
+TEST_CASE("loads that a driver cuts to whole counts are sound") {
+  arm_log::ArmLog log = logged(moved_arm());
+  const double count = GENERATE(0.5, 4.0);  // [N m]
+  log.effort = (log.effort / count).unaryExpr([](double x) { return std::trunc(x); }) * count;
+  CHECK(problems_of(log).empty());
+}
+
 TEST_CASE("negative loads that were read as unsigned numbers are told with what they are too large by") {
   arm_log::ArmLog log = logged(moved_arm());
-  const double modulus = GENERATE(65536.0, 1024.0);
-  log.effort = log.effort.array().round();
+  const double modulus = GENERATE(65536.0, 4096.0);
+  const double unit = GENERATE(1.0, 0.1);  // [N m] of a count
+  log.effort = (log.effort / unit).array().round();
   REQUIRE(log.effort.cwiseAbs().maxCoeff() < modulus / 4);
   log.effort = (log.effort.array() < 0).select(log.effort.array() + modulus, log.effort);
+  log.effort *= unit;
   const LogProblem found = first_problem(log);
   CHECK(found.kind == LogProblemKind::Wrapped);
-  CHECK(found.found == modulus);
+  CHECK(found.found == Approx(modulus * unit));
   CHECK(found.columns.size() >= 2);
 }
 

@@ -50,8 +50,7 @@ std::vector<int> others(const std::vector<int>& joints, int n) {
 std::vector<cell::Experiment> fitted_motions(const cell::Recording& recording) {
   std::vector<cell::Experiment> out;
   for (const cell::Experiment& e : recording.experiments)
-    if (e.split == cell::Split::Fit && e.joint_reference == cell::JointReference::Measured && !load_family(e).empty())
-      out.push_back(e);
+    if (e.split == cell::Split::Fit && on_measured_positions(e)) out.push_back(e);
   return out;
 }
 

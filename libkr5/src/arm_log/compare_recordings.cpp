@@ -3,36 +3,57 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <utility>
 
 #include <kr5/arm_log/best_arm.hpp>
 #include <kr5/arm_log/diagnose_log.hpp>
-#include <kr5/cell/effect.hpp>
 #include <kr5/core/error.hpp>
 #include <kr5/gap/measure.hpp>
 #include <kr5/physics/fold_effects.hpp>
 
+#include "best_arm_rounds.hpp"
+#include "effect_change.hpp"
+#include "joint_columns.hpp"
 #include "reference_arm.hpp"
 
 namespace kr5::arm_log {
 
 namespace {
 
-/// The options of one of three diagnoses, which tells its part of the whole.
+constexpr int parts = 4;              // diagnoses of a comparison, at most
+constexpr double unmeasured = 100.0;  // times what a load is, as the error of one that says nothing
+
+/// The options of one of these diagnoses, which tells its part of the whole.
 gap::DiagnoseOptions in_part(const gap::DiagnoseOptions& options, int part, const std::string& name) {
   gap::DiagnoseOptions out = options;
   if (options.progress)
     out.progress = [tell = options.progress, part, name](const std::string& stage, double fraction) {
-      tell(name + ": " + stage, (part + fraction) / 3.0);
+      tell(name + ": " + stage, (part + fraction) / parts);
     };
   return out;
 }
 
-void require_same_robot(const cell::Recording& first, const cell::Recording& second) {
+std::string families_of(const cell::Recording& recording) {
+  for (const cell::Experiment& e : recording.experiments)
+    if (on_measured_positions(e)) return load_family(e) == "i" ? "currents" : "torques";
+  return "";
+}
+
+void require_comparable(const cell::Recording& first, const cell::Recording& second) {
   const int a = first.cell.robot.joints(), b = second.cell.robot.joints();
   require(a == b, "the recordings are of different robots: the first has " + std::to_string(a) +
                       " joints, the second has " + std::to_string(b));
+  for (int k = 0; k < a; ++k)
+    require(
+        first.cell.robot.dh[static_cast<std::size_t>(k)].type == second.cell.robot.dh[static_cast<std::size_t>(k)].type,
+        "the recordings are of different robots: joint " + std::to_string(k + 1) +
+            " turns in one of them and slides in the other");
+  const std::string of_first = families_of(first), of_second = families_of(second);
+  require(of_first.empty() || of_second.empty() || of_first == of_second,
+          "the first recording holds " + of_first + " of the joints and the second " + of_second +
+              "; expected the same quantity in both");
 }
 
 /// Adds errors of columns to those of other reasons.
@@ -46,77 +67,100 @@ void add_errors(std::vector<gap::ColumnError>& out, const std::vector<gap::Colum
   }
 }
 
-/// What a cell leaves of its own recording beyond noise, in columns of which no error is known.
+std::string column_of(cell::Kind kind, const std::string& column) {
+  return std::string(kr5::name_of(kind)) + "." + column;
+}
+
+/// RMS beyond noise of what a cell leaves of its own recording, in columns of which no error is known.
 std::vector<gap::ColumnError> errors_left(const cell::Recording& recording, const cell::Cell& cell,
                                           const cell::Simulator& simulator,
                                           const std::vector<gap::ColumnError>& known) {
-  std::vector<gap::ColumnError> out;
+  std::map<std::string, std::pair<double, double>> sums;  // of squares, and rows
   for (const gap::ColumnGap& c : gap::measure(recording, cell, simulator).columns) {
-    const std::string column = std::string(kr5::name_of(c.kind)) + "." + c.column;
-    if (!c.exceeds || std::ranges::find(known, column, &gap::ColumnError::column) != known.end()) continue;
-    add_errors(out, {{column, c.noise * std::sqrt(c.gap * c.gap - 1)}});
+    const std::string column = column_of(c.kind, c.column);
+    if (std::ranges::find(known, column, &gap::ColumnError::column) != known.end()) continue;
+    const double beyond = c.exceeds ? c.noise * c.noise * (c.gap * c.gap - 1) : 0.0;
+    sums[column].first += c.rows * beyond;
+    sums[column].second += c.rows;
   }
+  std::vector<gap::ColumnError> out;
+  for (const auto& [column, sum] : sums)
+    if (sum.first > 0) out.push_back({column, std::sqrt(sum.first / sum.second)});
   return out;
 }
 
-/// What differs in `other` from a recording to whose diagnosis the cell was tuned.
+/// Loads that the other recording did not measure either say nothing, and its noise may be alike in neighbouring rows.
+void add_errors_of(const cell::Recording& other, BestArmErrors& errors) {
+  const BestArmErrors own = best_arm_errors(other);
+  for (const gap::ColumnError& one : own.errors) {
+    const int joint = std::stoi(one.column.substr(one.column.find_first_of("0123456789"))) - 1;
+    if (std::ranges::find(own.unmeasured, joint) != own.unmeasured.end()) add_errors(errors.errors, {one});
+  }
+  for (const gap::ColumnCorrelation& one : own.correlations) {
+    const auto same = std::ranges::find(errors.correlations, one.column, &gap::ColumnCorrelation::column);
+    if (same == errors.correlations.end())
+      errors.correlations.push_back(one);
+    else
+      same->correlation = std::max(same->correlation, one.correlation);
+  }
+}
+
+/// Of columns alone that a recording compares, with errors that are finite.
+void keep_compared(const cell::Recording& recording, const cell::Simulator& simulator, BestArmErrors& errors) {
+  std::map<std::string, double> size;
+  for (const gap::ColumnGap& c : gap::measure(recording, simulator).columns)
+    size[column_of(c.kind, c.column)] = std::max(c.rms, c.noise);
+  std::erase_if(errors.errors, [&](const gap::ColumnError& one) { return !size.contains(one.column); });
+  std::erase_if(errors.correlations, [&](const gap::ColumnCorrelation& one) { return !size.contains(one.column); });
+  for (gap::ColumnError& one : errors.errors)
+    if (!std::isfinite(one.error)) one.error = unmeasured * size[one.column];
+}
+
+/// A recording with its diagnosis, as the reference of another.
+struct Reference {
+  const cell::Recording& recording;
+  const gap::Diagnosis& diagnosis;
+  cell::Cell tuned;  ///< What can be folded into the model can change again: the search adds no effect twice.
+};
+
+Reference reference_of(const cell::Recording& recording, const gap::Diagnosis& diagnosis) {
+  return {recording, diagnosis, physics::fold_effects(diagnosis.cell).cell};
+}
+
+/// What differs in a recording from the reference.
 struct Difference {
   gap::Diagnosis diagnosis;
   std::vector<EffectChange> changes;
+  bool by_arm = false;
 };
 
-/// Whether a cell carries an effect beside its nominal parameters.
-bool is_active(const cell::Cell& cell, const gap::EffectName& name) {
-  return std::ranges::any_of(cell::active_effects(cell.effects), [&](const cell::ActiveEffect& active) {
-    return active.id == name.effect && active.target == name.target;
-  });
-}
-
-/// Numbers of a parameter as a cell has it: set as an effect, or as the model states it. Of an effect that is not there
-/// its first parameter is 0, and the others have no value: a payload without mass has no centre of mass.
-std::vector<double> stated(const cell::Cell& cell, const gap::EffectName& effect, const gap::ParameterEstimate& p) {
-  const auto value = is_active(cell, effect) ? cell::get_effect(cell.effects, effect.effect, effect.target, p.name)
-                                             : cell::nominal_value(cell, effect.effect, effect.target, p.name);
-  if (!value) return std::vector<double>(cell::find_effect(effect.effect).parameters.front().name == p.name, 0.0);
-  if (const auto* number = std::get_if<double>(&*value)) return {*number};
-  if (const auto* vector = std::get_if<Eigen::VectorXd>(&*value)) return {vector->begin(), vector->end()};
-  return {};
-}
-
-/// @param own Standard deviations that the reference adds to the parameters of all causes, one after the other.
-std::vector<EffectChange> changes_of(const gap::Diagnosis& found, const cell::Cell& tuned, const Eigen::VectorXd& own) {
-  std::vector<EffectChange> out;
-  Eigen::Index at = 0;
-  for (const gap::Cause& cause : found.causes) {
-    EffectChange change{{cause.effect, cause.target}, cause.probability, cause.explained_fraction, {}, cause.tied_with};
-    for (const gap::ParameterEstimate& p : cause.parameters) {
-      ParameterChange& one =
-          change.parameters.emplace_back(ParameterChange{p.name, stated(tuned, cause, p), p.value, p.std, p.unit});
-      for (double& std : one.std) std = std::hypot(std, own[at++]);
-    }
-    out.push_back(std::move(change));
-  }
-  return out;
-}
-
-Difference difference_from(const cell::Recording& recording, const cell::Cell& tuned, const cell::Recording& other,
-                           const cell::Simulator& simulator, const gap::DiagnoseOptions& options) {
-  cell::Recording reference = recording, compared = other;
-  reference.cell = tuned;
-  compared.cell = tuned;
+Difference difference_from(const Reference& of, const cell::Recording& other, const cell::Simulator& simulator,
+                           const gap::DiagnoseOptions& options) {
+  cell::Recording reference = of.recording, compared = other;
+  reference.cell = compared.cell = of.tuned;
   compared.cell.noise = other.cell.noise;
+  if (std::ranges::all_of(other.experiments, on_measured_positions)) {
+    // Effects that no arm of rigid links has, and both recordings have, are in neither.
+    reference.cell.effects = compared.cell.effects = {};
+    reference = without_causes(reference, simulator, of.tuned);
+    compared = without_causes(compared, simulator, of.tuned);
+  }
+  Difference out;
   BestArmErrors errors;
   const std::optional<ReferenceArm> arm = reference_arm(reference);
+  out.by_arm = arm.has_value();
   if (arm) {
     errors = best_arm_errors(reference);
+    add_errors_of(compared, errors);
     Relative relative = relative_to(*arm, compared, simulator);
     compared = std::move(relative.recording);
     add_errors(errors.errors, relative.errors);
   }
-  add_errors(errors.errors, errors_left(recording, tuned, simulator, errors.errors));
-  Difference out;
-  out.diagnosis = gap::diagnose(compared, simulator, widened_search(options, errors, tuned.robot.joints()));
-  out.changes = changes_of(out.diagnosis, tuned, deviations_by(arm, compared, simulator, out.diagnosis.causes));
+  add_errors(errors.errors, errors_left(reference, reference.cell, simulator, errors.errors));
+  keep_compared(compared, simulator, errors);
+  out.diagnosis = gap::diagnose(compared, simulator, widened_search(options, errors, of.tuned.robot.joints()));
+  out.changes =
+      changes_of(out.diagnosis, of.diagnosis, of.tuned, deviations_by(arm, compared, simulator, out.diagnosis.causes));
   return out;
 }
 
@@ -131,30 +175,23 @@ bool is_better(const Difference& a, const Difference& b) {
   return is_settled(a.diagnosis) && a.changes.size() < b.changes.size();
 }
 
-/// The same change, seen from the other recording.
-void reverse(std::vector<EffectChange>& changes) {
-  for (EffectChange& change : changes)
-    for (ParameterChange& p : change.parameters) std::swap(p.first, p.second);
-}
-
 }  // namespace
 
 RecordingComparison compare_recordings(const cell::Recording& first, const cell::Recording& second,
                                        const cell::Simulator& simulator, const gap::DiagnoseOptions& options) {
   options.validate();
-  require_same_robot(first, second);
+  require_comparable(first, second);
   RecordingComparison out;
   out.first = arm_log::diagnose(first, simulator, in_part(options, 0, "first recording"));
-  // What is folded into the model can change again: the search adds no effect twice.
-  const cell::Cell tuned = physics::fold_effects(out.first.cell).cell;
+  const Reference of_first = reference_of(first, out.first);
   out.gap_with_model = gap::measure(second, first.cell, simulator).gap;
-  out.gap_with_first = gap::measure(second, tuned, simulator).gap;
-  Difference found = difference_from(first, tuned, second, simulator, in_part(options, 1, "difference"));
-  if (!is_settled(found.diagnosis) ||
-      found.changes.size() > 1) {  // a load that was taken off is one from the other side
-    const gap::DiagnoseOptions last = in_part(options, 2, "difference, reversed");
-    const cell::Cell other = physics::fold_effects(arm_log::diagnose(second, simulator, last).cell).cell;
-    Difference back = difference_from(second, other, first, simulator, last);
+  out.gap_with_first = gap::measure(second, of_first.tuned, simulator).gap;
+  Difference found = difference_from(of_first, second, simulator, in_part(options, 1, "difference"));
+  // A load that was taken off is one effect from the other side.
+  if (!is_settled(found.diagnosis) || found.changes.size() > 1) {
+    const gap::Diagnosis of_second = arm_log::diagnose(second, simulator, in_part(options, 2, "second recording"));
+    Difference back =
+        difference_from(reference_of(second, of_second), first, simulator, in_part(options, 3, "difference, reversed"));
     out.reversed = is_better(back, found);
     if (out.reversed) {
       found = std::move(back);
@@ -163,8 +200,10 @@ RecordingComparison compare_recordings(const cell::Recording& first, const cell:
   }
   for (const gap::Cause& cause : out.first.causes)
     if (std::ranges::find(found.changes, gap::EffectName(cause)) == found.changes.end()) out.common.push_back(cause);
+  out.by_arm = found.by_arm;
   out.difference = std::move(found.diagnosis);
   out.changes = std::move(found.changes);
+  if (options.progress) options.progress("difference", 1.0);
   return out;
 }
 

@@ -24,6 +24,11 @@ std::string load_family(const cell::Experiment& experiment) {
   return "";
 }
 
+bool on_measured_positions(const cell::Experiment& experiment) {
+  return experiment.kind == cell::Kind::Motion && experiment.joint_reference == cell::JointReference::Measured &&
+         !load_family(experiment).empty();
+}
+
 MatrixXd joint_columns(const cell::Experiment& experiment, const std::string& family, int joints) {
   MatrixXd out(experiment.data.values.rows(), joints);
   for (int k = 0; k < joints; ++k) out.col(k) = experiment.data.column(family + std::to_string(k + 1));

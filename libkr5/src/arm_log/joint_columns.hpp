@@ -17,6 +17,8 @@ namespace kr5::arm_log {
 bool has_column(const cell::Experiment& experiment, const std::string& name);
 /// `tau` or `i`, whichever of the loads of the joints an experiment has; empty where it has none.
 std::string load_family(const cell::Experiment& experiment);
+/// Whether an experiment is a motion on measured positions with loads.
+bool on_measured_positions(const cell::Experiment& experiment);
 /// Columns family1 ... familyN, rows x joints.
 Eigen::MatrixXd joint_columns(const cell::Experiment& experiment, const std::string& family, int joints);
 /// Torques of the drives on the joint side, rows x joints, in the columns of a family [N m or N, or A].

@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 #include <string>
+#include <vector>
 
 #include <kr5/core/error.hpp>
 #include <kr5/identification/log_conditioning.hpp>
@@ -29,6 +30,9 @@ constexpr double copied = 1e-6;           // of the spread of a load, by which a
 constexpr double wrapped_share = 0.02;    // of the rows, on each side of zero, of numbers that are read as unsigned
 constexpr double notable_load = 0.2;      // of the largest load, above which its sign counts
 constexpr double one_side = 0.1;          // of the rows, in which the simulation has such a sign
+constexpr double clearly_more = 0.1;      // by which that is above the correlation with the simulation
+constexpr Index fewest_values = 20;       // different ones, of a load whose numbers tell how it was read
+constexpr double whole = 1e-6;            // of a step, to which numbers are whole ones
 constexpr double like_size = 0.5;         // correlation of a load with the size of its simulation
 const std::set<std::string> load_channels = {"motor current", "joint torque", "force", "moment"};
 
@@ -79,16 +83,34 @@ std::vector<ComparedLoads> compared_loads(const cell::Cell& cell, const cell::Ex
   return out;
 }
 
-/// Power of two that negative numbers were read too large by: whole numbers, none in the middle half of the range; 0:
-/// they were not.
-double wrapped_at(const VectorXd& x) {
-  if (x.minCoeff() < 0 || (x.array() != x.array().round()).any()) return 0.0;
+/// The numbers of a load in steps of its resolution; empty where they are no whole steps, or few different ones.
+VectorXd in_steps(const VectorXd& x) {
+  std::vector<double> sorted(x.begin(), x.end());
+  std::sort(sorted.begin(), sorted.end());
+  sorted.erase(std::unique(sorted.begin(), sorted.end()), sorted.end());
+  if (std::ssize(sorted) < fewest_values) return {};
+  double step = sorted.back() - sorted.front();
+  for (std::size_t i = 1; i < sorted.size(); ++i) step = std::min(step, sorted[i] - sorted[i - 1]);
+  const VectorXd out = x / step;
+  return ((out.array() - out.array().round()).abs() > whole).any() ? VectorXd() : VectorXd(out.array().round());
+}
+
+/// By how much negative numbers were read too large, a power of two of their steps, of which none lies in the middle
+/// half; 0 where they were not, as those are not of which the simulation is more like the numbers as they are.
+double wrapped_at(const VectorXd& x, const VectorXd& simulated) {
+  const VectorXd counts = in_steps(x);
+  if (counts.size() == 0 || counts.minCoeff() < 0) return 0.0;
   for (const int bits : {8, 10, 12, 16, 32}) {
     const double modulus = std::ldexp(1.0, bits);
-    if (x.maxCoeff() >= modulus) continue;
-    const double low = static_cast<double>((x.array() < modulus / 4).count()) / static_cast<double>(x.size()),
-                 high = static_cast<double>((x.array() >= 3 * modulus / 4).count()) / static_cast<double>(x.size());
-    return low > wrapped_share && high > wrapped_share && low + high == 1.0 ? modulus : 0.0;
+    if (counts.maxCoeff() >= modulus) continue;
+    const auto high = counts.array() >= 3 * modulus / 4;
+    const double below = static_cast<double>((counts.array() < modulus / 4).count()) / static_cast<double>(x.size()),
+                 above = static_cast<double>(high.count()) / static_cast<double>(x.size());
+    if (!(below > wrapped_share && above > wrapped_share && below + above == 1.0)) return 0.0;
+    const VectorXd unwrapped = high.select(counts.array() - modulus, counts.array());
+    const bool alike =
+        std::abs(load_correlations(unwrapped, simulated)(0, 0)) > std::abs(load_correlations(counts, simulated)(0, 0));
+    return alike ? modulus * (x.maxCoeff() / counts.maxCoeff()) : 0.0;
   }
   return 0.0;
 }
@@ -104,7 +126,7 @@ bool lacks_sign(const VectorXd& x, const VectorXd& simulated) {
   if (std::min(share(1.0), share(-1.0)) < one_side) return false;
   const double sign = x.maxCoeff() > 0 ? 1.0 : -1.0;
   const double as_size = sign * load_correlations(x, simulated.cwiseAbs())(0, 0);
-  return as_size > like_size && as_size > std::abs(load_correlations(x, simulated)(0, 0));
+  return as_size > like_size && as_size > clearly_more + std::abs(load_correlations(x, simulated)(0, 0));
 }
 
 struct Objections {
@@ -173,6 +195,7 @@ std::vector<LogProblem> check_copies(const cell::Cell& cell, const cell::Experim
       const VectorXd a = loads.col(j).array() - loads.col(j).mean(), b = loads.col(k).array() - loads.col(k).mean();
       if (!(a.norm() > 0 && b.norm() > 0)) continue;
       if ((b - a * (a.dot(b) / a.squaredNorm())).norm() > copied * b.norm()) continue;
+      if (std::set<double>(a.begin(), a.end()).size() < fewest_values) continue;
       out.push_back({.kind = LogProblemKind::Copy,
                      .columns = {family + std::to_string(k + 1)},
                      .joint = static_cast<int>(k),
@@ -184,26 +207,24 @@ std::vector<LogProblem> check_copies(const cell::Cell& cell, const cell::Experim
 
 std::optional<LogProblem> check_signs(const cell::Cell& cell, const cell::Experiment& experiment) {
   const std::string family = load_family(experiment);
-  if (family.empty()) return std::nullopt;
+  const auto simulated = family.empty() ? std::nullopt : shown(cell, experiment);
+  if (!simulated || simulated->find(family + "1") < 0) return std::nullopt;
   const int n = cell.robot.joints();
   const MatrixXd loads = joint_columns(experiment, family, n);
   LogProblem wrapped{.kind = LogProblemKind::Wrapped}, without{.kind = LogProblemKind::Unsigned};
-  const std::vector<std::string> names = load_names(family, n);
-  const auto simulated = shown(cell, experiment);
+  bool signs = false;  // of any load: a driver that logs sizes does so for all
   for (int k = 0; k < n; ++k) {
-    const std::string& name = names[static_cast<std::size_t>(k)];
-    if (const double modulus = wrapped_at(loads.col(k)); modulus > 0) {
+    const std::string name = family + std::to_string(k + 1);
+    signs = signs || (loads.col(k).minCoeff() < 0 && loads.col(k).maxCoeff() > 0);
+    if (const double excess = wrapped_at(loads.col(k), simulated->column(name)); excess > 0) {
       wrapped.columns.push_back(name);
-      wrapped.found = std::max(wrapped.found, modulus);
-    } else if (simulated && simulated->find(name) >= 0 && lacks_sign(loads.col(k), simulated->column(name))) {
+      wrapped.found = std::max(wrapped.found, excess);
+    } else if (lacks_sign(loads.col(k), simulated->column(name))) {
       without.columns.push_back(name);
     }
   }
-  LogProblem& found = wrapped.columns.empty() ? without : wrapped;
-  if (found.columns.empty()) return std::nullopt;
-  if (found.columns.size() == 1)
-    found.joint = static_cast<int>(std::ranges::find(names, found.columns[0]) - names.begin());
-  return found;
+  if (!wrapped.columns.empty()) return wrapped;
+  return without.columns.empty() || signs ? std::nullopt : std::optional(without);
 }
 
 std::vector<LogProblem> check_saturated(const cell::Cell& cell, const cell::Experiment& experiment) {

@@ -77,9 +77,9 @@ std::string check_text(const LogProblem& problem) {
     case LogProblemKind::Constant:
       return "check that the driver measures efforts and that publishing them is turned on";
     case LogProblemKind::Copy:
-      return "name the column that holds the load of this joint";
+      return "one of the two columns is not that of its joint: name the columns of both";
     case LogProblemKind::Unsigned:
-      return "the driver logs sizes alone: log loads with their sign, or of a log with commands leave them out";
+      return "the driver logs magnitudes only: log signed loads, or, where commands were logged, leave the loads out";
     case LogProblemKind::Wrapped:
       return "they were read as unsigned numbers: subtract this where the value is above half of it, and diagnose "
              "again";
@@ -170,11 +170,11 @@ std::string found_text(const LogProblem& problem, const cell::Cell& cell) {
     case LogProblemKind::Constant:
       return "the same value in every row (" + printed("%g", problem.found) + " in " + problem.columns.front() + ")";
     case LogProblemKind::Copy:
-      return "the load of joint " + std::to_string(problem.other + 1) + ", in every row";
+      return "the load of joint " + std::to_string(problem.other + 1) + ", or a multiple of it, in every row";
     case LogProblemKind::Unsigned:
-      return "no sign: where the simulation is on one side of zero and on the other, they are on one";
+      return "values of one sign only, where the simulation has both";
     case LogProblemKind::Wrapped:
-      return "negative values as large numbers, " + printed("%.0f", problem.found) + " too large";
+      return "negative values as large numbers, " + printed("%.6g", problem.found) + " too large";
     case LogProblemKind::Saturated:
       return "a value that stays at its extreme from " + printed("%.3f", problem.found) + " to " +
              printed("%.3f", problem.found_to) + " s while the arm moves";

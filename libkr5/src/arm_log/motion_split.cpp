@@ -228,7 +228,7 @@ std::vector<MotionSpan> stretches_of(const Piece& piece, const LoggedMotion& log
   const int stride = needed_stride(piece, log);
   if (piece.rows.size() / stride <= most) return {piece.span};
   const Index length = most / stretches * stride;
-  // A longer log tells more: four times the rows half the interval, up to what a diagnosis has time for.
+  // A longer log tells more, up to what a diagnosis has time for: with sixteen times the rows half the interval.
   const double longer = std::sqrt(static_cast<double>(piece.rows.size() / stride) / static_cast<double>(most));
   const auto count = static_cast<Index>(stretches * std::min(longer, most_longer));
   std::vector<MotionSpan> out;

@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include <Eigen/LU>
 #include <Eigen/QR>
 
 #include <kr5/gap/estimated_effect.hpp>
@@ -23,10 +24,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 namespace {
-
-bool on_measured_positions(const cell::Experiment& e) {
-  return e.kind == cell::Kind::Motion && e.joint_reference == cell::JointReference::Measured && !load_family(e).empty();
-}
 
 /// Positions among the base parameters of the columns of a joint.
 std::vector<Index> base_indices(const identification::BaseParameters& base,
@@ -74,7 +71,7 @@ MatrixXd shown_torques(const cell::Cell& shown, const cell::Cell& drives, const 
                        const cell::Simulator& simulator) {
   cell::Experiment simulated = e;
   const std::string family = load_family(e);
-  const io::Table table = simulator.predict(shown, e);
+  const io::Table table = simulator.predict_unchecked(shown, e);  // a step may lead beyond a bound
   for (int k = 1; k <= drives.robot.joints(); ++k) {
     const std::string column = family + std::to_string(k);
     simulated.data.values.col(e.data.find(column)) = table.column(column);
@@ -152,7 +149,12 @@ Relative relative_to(const ReferenceArm& arm, const cell::Recording& recording, 
     rows += static_cast<double>(motion.samples());
   }
   if (rows == 0.0) return out;
-  const VectorXd error = in_columns(cell, family, (squares / rows).cwiseSqrt().transpose()).transpose().cwiseAbs();
+  VectorXd error = (squares / rows).cwiseSqrt();
+  if (family == "i")  // variances of the joints, as if they were independent
+    error = ((squares / rows).transpose() * cell.drives->structure.inverse().cwiseAbs2())
+                .cwiseSqrt()
+                .transpose()
+                .cwiseQuotient(cell.drives->torque_constant.cwiseAbs());
   for (int k = 0; k < n; ++k) out.errors.push_back({"motion." + family + std::to_string(k + 1), error[k]});
   return out;
 }
@@ -167,8 +169,11 @@ VectorXd deviations_by(const std::optional<ReferenceArm>& arm, const cell::Recor
   for (const cell::Experiment& e : relative.experiments)
     if (e.split == cell::Split::Fit && on_measured_positions(e))
       add_motion(information, *arm, motion_of(relative.cell, e), slopes_of(relative.cell, e, simulator, causes));
+  // What the reference does not determine made the error of its columns large, so that nothing was fitted to them.
+  MatrixXd covariance = arm->found.covariance;
+  covariance = covariance.array().isFinite().select(covariance, 0.0);
   const MatrixXd gain = information.own.completeOrthogonalDecomposition().solve(information.mixed);
-  return (gain * arm->found.covariance * gain.transpose()).diagonal().cwiseMax(0).cwiseSqrt();
+  return (gain * covariance * gain.transpose()).diagonal().cwiseMax(0).cwiseSqrt();
 }
 
 }  // namespace kr5::arm_log

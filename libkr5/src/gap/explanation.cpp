@@ -7,8 +7,8 @@
 
 #include <kr5/cell/effect.hpp>
 #include <kr5/core/error.hpp>
-
 #include <kr5/gap/estimated_effect.hpp>
+
 #include "gap/known_row.hpp"
 
 namespace kr5::gap {

@@ -76,7 +76,9 @@ def compare(
     data = results.write_result(output, **comparison_dict(found), input=inputs)
     writing.write_json(data, json_file)
     print_comparison(found, to)
-    for source in sources if everything else []:
+    for path, source in zip((first, second), sources):
+        if source.reasons or source.notes:
+            to.print(f"\n{path}", style="bold", soft_wrap=True)
         print_source(source, to, everything)
 
 
@@ -86,6 +88,7 @@ def comparison_dict(found: kr5.arm_log.RecordingComparison) -> dict[str, Any]:
         "format": "kr5-gap-comparison/1",
         "text": found.text,
         "reversed": found.reversed,
+        "by_arm": found.by_arm,
         "changes": [change.to_dict() | {"text": change.text()} for change in found.changes],
         "common": [name.to_dict() for name in found.common],
         "gap_with_model": found.gap_with_model,

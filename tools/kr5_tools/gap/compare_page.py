@@ -24,7 +24,7 @@ def write_page(data: dict[str, Any], source: str, output: Path, png: Path | None
     if data["common"]:
         items = common_texts(data["common"])
         parts.append({"title": "In both recordings", "texts": [f"{t}." for t in items], "plots": [], "tables": []})
-    if columns := data["difference"]["shrink"]["columns"]:
+    if columns := data["difference"].get("shrink", {}).get("columns"):
         text = "Gap between the recordings in every column that differs; noise alone leaves 1."
         plot = Plot("columns", "Columns", text, columns_figure(columns))
         parts.append({"title": "Where they differ", "texts": [], "plots": [plot], "tables": []})
@@ -78,7 +78,7 @@ def _parameter_rows(change: dict[str, Any], parameter: dict[str, Any], first: bo
     for k, std in enumerate(parameter["std"]):
         before, now = (_number(parameter[key], k, factor, std) for key in ("first", "second"))
         difference = NONE
-        if parameter["first"] and parameter["second"]:
+        if k < min(len(parameter["first"]), len(parameter["second"])):
             change_of = factor * (parameter["second"][k] - parameter["first"][k])
             difference = f"{format_number(change_of, factor * std)} ± {format_number(factor * std, factor * std)}"
         named = first and k == 0
@@ -101,4 +101,4 @@ def _short_percent(share: float) -> str:
 
 
 def _number(values: list[float], k: int, factor: float, std: float) -> str:
-    return format_number(factor * values[k], factor * std) if values else NONE
+    return format_number(factor * values[k], factor * std) if k < len(values) else NONE

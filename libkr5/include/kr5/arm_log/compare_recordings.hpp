@@ -17,7 +17,7 @@ namespace kr5::arm_log {
 /// A parameter of an effect in both recordings.
 struct ParameterChange {
   std::string name;
-  std::vector<double> first;   ///< Empty where neither the model nor the first recording states it.
+  std::vector<double> first;   ///< Empty where neither model nor recording gives it a value.
   std::vector<double> second;  ///< As in gap::ParameterEstimate.
   std::vector<double> std;     ///< Of the difference.
   std::string unit;
@@ -56,6 +56,9 @@ struct RecordingComparison {
   gap::Diagnosis difference;
   /// Whether the difference is told better from the second recording to the first: a load that was taken off.
   bool reversed = false;
+  /// Whether the freely fitted arm of one recording was the reference of the other, so that errors of the model which
+  /// both have are no change.
+  bool by_arm = false;
   std::vector<EffectChange> changes;    ///< Most probable first.
   std::vector<gap::EffectName> common;  ///< Causes of `first` that did not change.
   double gap_with_model = 0.0;          ///< Of the second recording, over all its columns [-].

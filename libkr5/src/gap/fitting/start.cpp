@@ -8,7 +8,6 @@
 #include <Eigen/Cholesky>
 
 #include <kr5/cell/effect.hpp>
-
 #include <kr5/gap/estimated_effect.hpp>
 
 namespace kr5::gap {

@@ -129,17 +129,27 @@ std::optional<Eigen::VectorXd> coarse_positions(const ComparisonData& data, cons
   return values;
 }
 
-/// Whether the smallest step between readings of a load is more than its noise.
-bool is_coarse(const ComparisonData& data, const Block& block) {
+/// Least difference between two readings; infinite where there is one value alone.
+double resolution(const Eigen::VectorXd& values) {
+  std::vector<double> sorted(values.begin(), values.end());
+  std::sort(sorted.begin(), sorted.end());
+  double out = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 1; i < sorted.size(); ++i)
+    if (const double d = sorted[i] - sorted[i - 1]; d > 0) out = std::min(out, d);
+  return out;
+}
+
+/// Whether the loads of a joint are so coarse beside their noise that the median of a few values tells no size.
+/// @param differences As of second_differences, in units of the declared noise.
+bool is_coarse(const ComparisonData& data, const Block& block, const std::vector<double>& differences) {
   constexpr double step = 1.5;
-  if (block.kind != cell::Kind::Motion || block.orientation) return false;
-  const io::Table& table = data.experiment(block).data;
-  if (table.find(block.column) < 0) return false;
-  const Eigen::VectorXd values = table.column(block.column);
-  double smallest = std::numeric_limits<double>::infinity();
-  for (Eigen::Index i = 1; i < values.size(); ++i)
-    if (const double d = std::abs(values(i) - values(i - 1)); d > 0) smallest = std::min(smallest, d);
-  return std::isfinite(smallest) && smallest > step * block.sigma;
+  if (block.kind != cell::Kind::Motion || differences.size() < telling) return false;
+  if (block.column.rfind("tau", 0) != 0 && block.column.rfind("i", 0) != 0) return false;
+  double squares = 0.0;
+  for (const double d : differences) squares += d * d;
+  const double seen = block.sigma * std::sqrt(squares / static_cast<double>(differences.size()));
+  const double least = resolution(data.experiment(block).data.column(block.column));
+  return std::isfinite(least) && least > step * seen;
 }
 
 }  // namespace
@@ -203,12 +213,11 @@ std::vector<NoiseScale> noise_scales(const ComparisonData& data, const Eigen::Ve
   for (const Block& block : data.blocks) {
     std::vector<double> d;
     if (coarse_positions(data, block)) continue;  // what neighbours show is less than the rounding
-    if (is_coarse(data, block)) continue;         // a median of a few values tells no size
     if (in_order(block.kind))
       d = second_differences(block.rows_of(residual), runs(data.experiment(block)), block.correlation);
     else if (block.kind == cell::Kind::Views)
       d = corner_differences(data.experiment(block), block.rows_of(residual));
-    if (d.size() >= telling && mad_to_sigma * median(d) < min_noise) {
+    if (d.size() >= telling && (mad_to_sigma * median(d) < min_noise || is_coarse(data, block, d))) {
       coarse.push_back({data.experiment(block).name, block.column});
       continue;
     }
