@@ -31,7 +31,8 @@ constexpr double wrapped_share = 0.02;    // of the rows, on each side of zero, 
 constexpr double notable_load = 0.2;      // of the largest load, above which its sign counts
 constexpr double one_side = 0.1;          // of the rows, in which the simulation has such a sign
 constexpr double clearly_more = 0.1;      // by which that is above the correlation with the simulation
-constexpr Index fewest_values = 20;       // different ones, of a load whose numbers tell how it was read
+constexpr Index fewest_values = 20;      // different ones, of a load that another may copy
+constexpr Index fewest_counted = 5;      // of one that may have been read as unsigned numbers
 constexpr double whole = 1e-6;            // of a step, to which numbers are whole ones
 constexpr double like_size = 0.5;         // correlation of a load with the size of its simulation
 const std::set<std::string> load_channels = {"motor current", "joint torque", "force", "moment"};
@@ -88,7 +89,7 @@ VectorXd in_steps(const VectorXd& x) {
   std::vector<double> sorted(x.begin(), x.end());
   std::sort(sorted.begin(), sorted.end());
   sorted.erase(std::unique(sorted.begin(), sorted.end()), sorted.end());
-  if (std::ssize(sorted) < fewest_values) return {};
+  if (std::ssize(sorted) < fewest_counted) return {};
   double step = sorted.back() - sorted.front();
   for (std::size_t i = 1; i < sorted.size(); ++i) step = std::min(step, sorted[i] - sorted[i - 1]);
   const VectorXd out = x / step;
