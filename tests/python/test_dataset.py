@@ -1,5 +1,6 @@
 """`kr5 dataset guess` on four real sets, on rendered ones, and on folders that hold none."""
 
+import json
 import shutil
 
 import kr5
@@ -9,8 +10,8 @@ import yaml
 from kr5 import vision
 from typer.testing import CliRunner
 
+from kr5_tools.calibrate.target_guess import _size, _tags
 from kr5_tools.dataset import command
-from kr5_tools.dataset.target_guess import _size, _tags
 
 EXPECTED = {
     "handeye_visp_franka/eye-in-hand": ("rotation_vector", "eye_in_hand", "chessboard:6x9:0.0236"),
@@ -67,8 +68,34 @@ def test_a_board_of_tags_is_proposed_though_the_middle_image_does_not_show_it(vi
     target = kr5.parse_target(data["target"])
     assert (str(target.kind), target.rows, target.cols) == ("tag_grid", 5, 7)
     assert abs(target.gap / target.size - 1 / 3) < 0.005
-    assert "its size is a guess" in " ".join(done.output.split())
+    assert abs(target.size - 0.03) < 3e-5 and "size from the robot poses" in " ".join(done.output.split())
     assert len(read) == len(set(read)) == 7
+
+
+def test_the_size_that_the_poses_tell_is_the_one_with_which_they_agree(run_kr5, views):
+    done = run_kr5("dataset", "guess", views, "-o", views / "dataset.yaml", "--json", "guess.json", width=80)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.split().count("item") == 1  # the table is not divided
+    done = run_kr5("calibrate", "hand-eye", views, "--json", "hand_eye.json")
+    causes = json.loads((views.parent / "hand_eye.json").read_text())["causes"]
+    assert done.returncode == 0 and "target_size_wrong" not in [cause["cause"] for cause in causes]
+
+
+def test_a_size_that_is_given_is_not_changed_by_the_poses(run_kr5, views):
+    done = run_kr5("dataset", "guess", views, "--target", "grid:36h11:5x7:0.05:0.0167")
+    assert done.returncode == 0 and "target: grid:36h11:5x7:0.05:0.0167" in done.stdout
+
+
+def test_a_size_is_doubted_as_the_reading_of_four_poses_is(run_kr5, views):
+    lines = (views / "poses.csv").read_text().splitlines()
+    for image in sorted((views / "images").glob("*.png"))[5:]:
+        image.unlink()
+    (views / "poses.csv").write_text("\n".join(lines[:6]) + "\n")
+    done = run_kr5("dataset", "guess", views, "--json", "guess.json")
+    assert done.returncode == 0, done.stderr
+    reasons = json.loads((views.parent / "guess.json").read_text())["reasons"]
+    doubted = {reason["what"]: reason["confidence"] for reason in reasons}
+    assert doubted["target"] == doubted["convention, mount"] == "low"
 
 
 def test_a_size_with_its_unit_behind_it_is_left_and_said_to_be_guessed():

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from kr5 import vision
 
+TARGET = "grid:36h11:5x7:0.03:0.01"
 DATASETS = Path(__file__).parent / "data/datasets"
 REAL = {
     "franka_in_hand": "handeye_visp_franka/eye-in-hand",
@@ -108,9 +109,28 @@ def test_an_empty_folder_is_refused(run_kr5, tmp_path):
     refused(run_kr5, tmp_path, tmp_path / "none", "no such folder")
 
 
-def test_a_folder_without_description_is_refused_with_the_command_that_helps(run_kr5, tmp_path, demo):
+def test_a_folder_without_description_is_calibrated_as_it_is_proposed(run_kr5, tmp_path, demo):
     (demo / "dataset.yaml").unlink()
-    refused(run_kr5, tmp_path, demo, "dataset.yaml", "kr5 dataset guess")
+    found = {}
+    for mount in ("eye_in_hand", "eye_to_hand"):  # the same equations, of inverted poses
+        done = run_kr5("calibrate", "hand-eye", demo, "--target", TARGET, "--mount", mount, "--json", "result.json")
+        assert done.returncode == 0, done.stderr
+        assert "no such file; taken are poses.csv" in done.stderr
+        assert f"`kr5 dataset guess {demo} --target {TARGET} -o {demo}/dataset.yaml`" in done.stderr
+        found[mount] = json.loads((tmp_path / "result.json").read_text())["input"]
+    assert found["eye_in_hand"]["convention"]["meaning"] == "T_base_flange"
+    assert found["eye_to_hand"]["convention"]["meaning"] == "T_flange_base"
+    assert found["eye_to_hand"]["mount"] == "eye_to_hand"
+    assert not (demo / "dataset.yaml").exists()
+
+
+def test_what_the_data_leave_open_is_refused_with_the_command_that_helps(run_kr5, tmp_path, demo):
+    (demo / "dataset.yaml").unlink()
+    for image in sorted((demo / "images").glob("*.png"))[4:]:
+        image.unlink()
+    lines = (demo / "poses.csv").read_text().splitlines()
+    (demo / "poses.csv").write_text("\n".join(lines[:5]) + "\n")
+    refused(run_kr5, tmp_path, demo, "dataset.yaml", "leave open: target, convention, mount", "kr5 dataset guess")
 
 
 def test_an_unreadable_image_is_named(run_kr5, tmp_path, demo):

@@ -12,7 +12,8 @@ from kr5.files.results import write_if_usable, write_result
 from kr5.files.writing import check_writable
 from kr5.tables.options import TableOptions
 
-from kr5_tools.calibrate.datasets import camera_of, read_dataset, residuals_of, target_of
+from kr5_tools.calibrate.dataset_proposal import read_or_propose
+from kr5_tools.calibrate.datasets import camera_of, residuals_of, target_of
 from kr5_tools.calibrate.hand_eye_result import frames_of, predict_target
 from kr5_tools.calibrate.laser_data import read_scans
 from kr5_tools.calibrate.laser_views import find_views, named_targets
@@ -101,7 +102,7 @@ def calibrate_cell(
     """
     options.hold = hold or []
     options.validate()
-    data = read_dataset(folder, dataset)
+    data = read_or_propose(folder, dataset, target, camera, mount)
     read = [*data.images, folder, dataset, camera, target, arm, cell_file, scan]
     check_writable(output, json_file, write_cell, *exports.files, inputs=read)
     if write_cell and not cell_file:

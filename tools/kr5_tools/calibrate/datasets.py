@@ -26,8 +26,7 @@ def read_dataset(folder: Path, description: Path | None) -> Any:
         check_holds_no_pairs(folder)
         raise kr5.FileError(
             file,
-            f"no such file; write one, or let `kr5 dataset guess {folder} -o dataset.yaml` propose it, and name"
-            " it with --dataset",
+            f"no such file; write one, or let `kr5 dataset guess {folder} -o {file}` propose it",
         )
     return calibration.load_dataset(str(file), str(folder))
 

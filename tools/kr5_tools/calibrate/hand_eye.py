@@ -13,7 +13,8 @@ from kr5.files.images import thinned
 from kr5.files.writing import check_writable
 from kr5.tables.options import TableOptions
 
-from kr5_tools.calibrate.datasets import camera_of, read_dataset, residuals_of, target_of
+from kr5_tools.calibrate.dataset_proposal import read_or_propose
+from kr5_tools.calibrate.datasets import camera_of, residuals_of, target_of
 from kr5_tools.calibrate.hand_eye_pairs import calibrate_pairs, refuse_image_options, refuse_pair_options
 from kr5_tools.calibrate.hand_eye_result import (
     figures_of,
@@ -131,7 +132,7 @@ def hand_eye(
     refuse_pair_options(
         *(camera_poses, robot_meaning, camera_meaning, columns, convention, length, angle, sigma_camera_rotation)
     )
-    data = read_dataset(folder, dataset)
+    data = read_or_propose(folder, dataset, target, camera, mount)
     tables = [f for f in folder.rglob("*") if f.suffix.lower() in (".csv", ".txt", ".yaml", ".yml")]
     read = [*data.images, *tables, dataset, camera, target, cell_file]
     check_writable(output, json_file, write_cell, *exports.files, inputs=read)
