@@ -7,8 +7,11 @@ import numpy as np
 import pytest
 import yaml
 from kr5 import picking, sim
+from matplotlib.colors import to_rgb
 
 from command_runner import run_command
+from kr5_tools.pages.plot_style import plt
+from kr5_tools.picking.picture import draw_bin
 from kr5_tools.picking.simulate import true_pellets
 
 
@@ -211,7 +214,7 @@ def test_an_organised_cloud_in_the_frame_of_the_sensor_is_taken_with_its_pose(sc
 @pytest.mark.parametrize(
     ("change", "words", "text"),
     [
-        (lambda p: 1000 * p, [], "millimetres"),
+        (lambda p: 1000 * p, ["--length-unit", "m"], "--length-unit mm"),
         (lambda p: p + np.array([0.5, 0, 0]), [], "lie within the bin"),
         (lambda p: p * np.array([1, 1, -1]) + np.array([0, 0, 0.17]), [], "upside down"),
         (lambda p: p * np.nan, [], "measured points"),
@@ -232,6 +235,55 @@ def test_clouds_and_options_that_cannot_be_used_are_refused_in_words(scanned, tm
     assert done.returncode == 2
     assert text in done.stderr
     assert not (tmp_path / "out.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("head", "unit", "words", "note"),
+    [
+        ("x,y,z", 1000, [], "the points are read in mm"),
+        ("x,y,z", 1000, ["--length-unit", "mm"], ""),
+        ("x [mm],y [mm],z [mm]", 1000, [], ""),
+        ("z [m],intensity,x [m],y [m]", 1, [], ""),
+    ],
+)
+def test_clouds_in_other_units_give_the_same_cylinders(scanned, tmp_path, head, unit, words, note):
+    folder, truth = scanned
+    points = unit * np.load(folder / "cloud.npz")["points"]
+    columns = {axis: points[:, i] for i, axis in enumerate("xyz")}
+    order = [columns.get(name[0], np.full(len(points), 7)) for name in head.split(",")]
+    np.savetxt(tmp_path / "cloud.csv", np.transpose(order), fmt="%.5f", delimiter=",", header=head, comments="")
+    words = ["pick", "cloud.csv", "--bin", str(folder / "bin.yaml"), *words, "--json", "picks.json"]
+    done = run_command(*words, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert note in done.stderr and (note or "read in mm" not in done.stderr)
+    found = {right(p, truth["pellets"]) for p in json.loads((tmp_path / "picks.json").read_text())["pellets"]} - {None}
+    assert len(found) >= 12
+
+
+def test_columns_in_no_unit_of_length_are_refused(scanned, tmp_path):
+    folder, _ = scanned
+    (tmp_path / "cloud.csv").write_text("x [deg],y [mm],z [mm]\n1,2,3\n")
+    done = run_command("pick", "cloud.csv", "--bin", str(folder / "bin.yaml"), cwd=tmp_path)
+    assert done.returncode == 2 and "x [deg], y [mm], z [mm], expected x, y, z in one unit" in done.stderr
+
+
+def test_the_picture_tells_what_is_not_seen_from_what_is_high_and_every_finding_apart():
+    grid = np.stack(np.meshgrid(np.arange(-49, 50, 0.4), np.arange(-49, 20, 0.4)), -1).reshape(-1, 2) / 1000
+    points = np.vstack([grid.T, np.where(np.abs(grid[:, 0]) < 0.01, 0.054, 0.0)])
+    place = {"centre": [0, 0, 0.02], "axis": [0, 0, 1], "radius": 0.008, "height": 0.015}
+    kinds = ["graspable", "covered", "touches_bin", "touches_pile", "hidden"]
+    pellets = [{**place, "finding": kind, "graspable": kind == "graspable"} for kind in kinds]
+    figure, axes = plt.subplots()
+    draw_bin(axes, points, picking.Bin(size=[0.1, 0.1, 0.08]), pellets)
+    shades = [to_rgb(axes.images[0].cmap(x)) for x in np.linspace(0, 1, 50)]
+    unseen = to_rgb(axes.get_facecolor())
+    assert min(np.abs(np.subtract(unseen, shade)).max() for shade in shades) > 0.2
+    legend = figure.legends[0]
+    assert "not seen by the scanner" in [text.get_text() for text in legend.get_texts()]
+    looks = [(line.get_color(), line.get_linestyle()) for line in legend.get_lines()]
+    assert len(set(looks)) == len(looks) == len(kinds)
+    assert axes.get_xlim() == (-50, 50) and axes.get_ylim() == (-50, 50)
+    plt.close(figure)
 
 
 def test_files_that_are_no_cloud_or_no_bin_are_named(scanned, tmp_path):
@@ -279,7 +331,7 @@ def test_the_clock_of_the_scanner_is_taken_into_account():
     assert count(ignored) < count(corrected) / 2, "5 mm of delay move everything out of its place"
 
 
-def test_a_small_bin_is_emptied_with_a_page_of_every_decision(tmp_path):
+def test_a_small_bin_is_emptied_with_a_page_of_every_decision(tmp_path, browser):
     (tmp_path / "own.yaml").write_text("T_base_bin: [0.5, 0.2, 0.1, 0, 0, 0.4]\nsize: [0.12, 0.12, 0.08]\n")
     words = ["bin", "empty", "--pellets", "8", "--bin", "own.yaml", "--pitch", "0.001", "--seed", "2"]
     done = run_command(*words, "-o", "page.html", "--json", "run.json", cwd=tmp_path)
@@ -290,3 +342,7 @@ def test_a_small_bin_is_emptied_with_a_page_of_every_decision(tmp_path):
     assert one["scans"] < 1 + one["attempts"], "several are picked from one scan"
     page = (tmp_path / "page.html").read_text()
     assert "Every decision" in page and "picked by its" in page
+    browser.open_whole(tmp_path / "page.html", 1200)
+    upright = browser.evaluate("outline([0, 0, 8, 0, 0, 1, 8, 15])")
+    assert np.ptp(upright, axis=0) == pytest.approx([16, 16], abs=0.1)
+    assert browser.evaluate("document.querySelector('.verdict.good').innerText").startswith("✓")

@@ -1,5 +1,6 @@
 """Clouds of points in the formats that scanners and other programs write: NPZ, NPY, PCD, PLY, text."""
 
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -7,6 +8,9 @@ import kr5
 import numpy as np
 import numpy.typing as npt
 from kr5.logs.log_file import read_text_form
+from kr5.logs.units import UNITS
+from kr5.tables.column_units import read_name
+from kr5.tables.roles import LARGEST
 
 ENDINGS = ".npz, .npy, .pcd, .ply, .csv, .txt or .xyz"
 POINT_KEYS = ("points", "xyz", "cloud", "pts")
@@ -21,18 +25,22 @@ class CloudFile:
 
     points: np.ndarray
     origins: np.ndarray | None = None
+    unit: str | None = None  # of the numbers in the file, where their names tell it
 
 
-def read_cloud(file: Path, delay: float | None = None) -> CloudFile:
+def read_cloud(file: Path, delay: float | None = None, unit: str | None = None) -> CloudFile:
     """Reads a cloud. Arrays may be organised (rows x columns x 3); normals and colours are not used.
 
-    An NPZ of profiles becomes a cloud by the poses of the arm; `delay` [s] stands in place of its own.
+    An NPZ of profiles becomes a cloud by the poses of the arm; `delay` [s] stands in place of its own. `unit`: of the
+    points; without it as the names of columns tell, else m, unless they spread too far for a bin.
     """
     if file.suffix.lower() == ".npz" and file.is_file():
         from kr5_tools.picking.profiles import read_profiles
 
         scanned = read_profiles(file, delay)
         if scanned is not None:
+            if unit == "mm":
+                raise kr5.InvalidArgument(f"--length-unit: {file} holds profiles, which are in metres")
             return CloudFile(*scanned)
     if delay is not None:
         raise kr5.InvalidArgument(
@@ -61,7 +69,22 @@ def read_cloud(file: Path, delay: float | None = None) -> CloudFile:
                 f"found {len(cloud.origins)} rows, expected 1 or {len(cloud.points)}, one a point",
                 field="origins",
             )
-    return cloud
+    factor = _factor(file, cloud, unit)
+    return CloudFile(factor * cloud.points, None if cloud.origins is None else factor * cloud.origins)
+
+
+def _factor(file: Path, cloud: CloudFile, stated: str | None) -> float:
+    """From the unit of the numbers to metres."""
+    unit = stated or cloud.unit
+    if unit is not None:
+        return UNITS["length"][unit]
+    finite = cloud.points[np.isfinite(cloud.points).all(axis=1)]
+    spread = float(np.ptp(np.percentile(finite, [1, 99], axis=0), axis=0).max()) if len(finite) else 0.0
+    if spread <= LARGEST["length"]:
+        return 1.0
+    text = f"{file}: the points are read in mm: in m they would spread over {spread:.3g} m; --length-unit m keeps them"
+    warnings.warn(text, kr5.Caution, stacklevel=3)
+    return UNITS["length"]["mm"]
 
 
 def _as_points(file: Path, name: str, array: npt.ArrayLike) -> np.ndarray:
@@ -116,10 +139,15 @@ def _ply(file: Path) -> CloudFile:
 def _text(file: Path) -> CloudFile:
     """Points of a text in any of the forms of tables; read by rows of numbers, since scans have millions."""
     form = read_text_form(file)
-    named = set("xyz") <= set(form.names)
-    columns = tuple(form.names.index(n) for n in "xyz") if named else (0, 1, 2)
+    columns = [read_name(name) for name in form.names]
+    places = {column.plain: i for i, column in enumerate(columns)}
+    named = set("xyz") <= set(places)
+    chosen = tuple(places[n] for n in "xyz") if named else (0, 1, 2)
+    units = {columns[i].unit for i in chosen} if named else {None}
+    if len(units) > 1 or not units <= {None, *UNITS["length"]}:
+        told = ", ".join(columns[i].column for i in chosen)
+        raise kr5.FileError(file, f"found the columns {told}, expected x, y, z in one unit of length: m or mm")
     with file.open(encoding="utf-8-sig") as stream:
         lines = (line.replace(",", ".") for line in stream) if form.decimal_commas else stream
-        return CloudFile(
-            np.loadtxt(lines, delimiter=form.delimiter, skiprows=form.rows_before, usecols=columns, ndmin=2)
-        )
+        points = np.loadtxt(lines, delimiter=form.delimiter, skiprows=form.rows_before, usecols=chosen, ndmin=2)
+    return CloudFile(points, unit=units.pop())

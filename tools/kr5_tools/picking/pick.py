@@ -1,7 +1,7 @@
 """`kr5 pick`: poses of the cylinders in a scanned bin, and the order to pick them."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import kr5
 import kr5.picking
@@ -32,7 +32,7 @@ def pick(
         Path,
         typer.Argument(
             metavar="CLOUD",
-            help=rf"Cloud \[m], a file that ends in {ENDINGS}; or profiles of a scanner on a moving arm (NPZ).",
+            help=f"Cloud, a file that ends in {ENDINGS}; or profiles of a scanner on a moving arm (NPZ).",
         ),
     ],
     options: picking.PelletOptions,
@@ -51,6 +51,12 @@ def pick(
             metavar="X,Y,Z,R,P,Y",
             help=r"Pose of the cloud's frame in the base \[m, rad]; its origin is then the sensor, where the file names"
             " none. By default the cloud is in the base, seen from above the bin.",
+        ),
+    ] = None,
+    length: Annotated[
+        Literal["m", "mm"] | None,
+        typer.Option(
+            "--length-unit", help="Unit of the points; by default as the names of columns or the numbers show, else m."
         ),
     ] = None,
     delay: Annotated[
@@ -130,7 +136,7 @@ def pick(
     if image is not None and camera is not None:
         pose = _pose("--camera-pose", camera_pose)
         view = read_view(image, camera, pose, camera_position_std, camera_rotation_std)
-    cloud = cloud_in_base(read_cloud(cloud_file, delay), _pose("--frame", frame))
+    cloud = cloud_in_base(read_cloud(cloud_file, delay, length), _pose("--frame", frame))
     with spinner("Looking for cylinders"):
         found = picking.find_pellets(cloud, bin_, options)
         said: list[Refined] = []
@@ -140,7 +146,8 @@ def pick(
         if str(found.check.finding) == "good":
             plan = picking.plan_picks(found.pellets, cloud, bin_, grasp)
     if str(found.check.finding) != "good" and str(found.check.finding) != "no_pellets":
-        fail(f"{cloud_file}: {found.check.message}")
+        hint = " (--length-unit mm)" if found.check.finding == picking.CloudFinding("wrong_unit") else ""
+        fail(f"{cloud_file}: {found.check.message.removesuffix('.')}{hint}")
     if str(found.check.finding) == "no_pellets":
         plan = []
     keys = result_keys(found, plan, said)
@@ -264,4 +271,4 @@ def _show(keys: dict[str, Any], to: Console) -> None:
         to.print()
         to.print(make_table("In the order to pick", columns, rows, text=(5,)))
         if len(keys["pellets"]) > SHOWN:
-            print_note(f"{len(keys['pellets']) - SHOWN} more in the files of -o or --json")
+            print_note(f"{len(keys['pellets']) - SHOWN} more are not shown; -o and --json write all")
