@@ -22,6 +22,7 @@ from kr5_tools.gap_report.clock_faults import clock_remedy
 from kr5_tools.gap_report.diagnosis_file import DiagnosisFile, read_diagnosis
 from kr5_tools.gap_report.evidence_data import Evidence, display_variable
 from kr5_tools.gap_report.messages import next_steps
+from kr5_tools.gap_report.page import parts_of
 from kr5_tools.gap_report.parameter_rows import parameter_rows
 
 PROTOCOL = {
@@ -215,6 +216,17 @@ def test_the_residuals_are_those_that_measure_counts_and_go_with_the_causes(reco
     assert evidence.gap("motion.i2", "after") == pytest.approx(1, abs=0.1)
     assert evidence.gap("poses.z", without=0) == pytest.approx(evidence.gap("poses.z", "after"), rel=1e-6)
     assert evidence.gap("poses.z", without=1) == pytest.approx(evidence.gap("poses.z"), rel=1e-6)
+
+
+def test_before_and_after_of_a_part_are_those_of_one_column(recorded, diagnoses):
+    found = read_diagnosis(diagnoses["explained"]).found
+    evidence = Evidence(found, kr5.cell.load_recording(recorded / "worn"))
+    for part in parts_of(evidence, found):
+        assert part["after"]["group"] == part["before"]["group"]
+        assert part["after"]["gap"] == pytest.approx(float(evidence.gap(part["before"]["group"], "after")))
+    found = read_diagnosis(diagnoses["partly"]).found  # where a column is left above the floor, it is the one
+    left = {p["id"]: p["after"]["group"] for p in parts_of(Evidence(found, evidence.recording), found)}
+    assert "poses.z" in left.values()
 
 
 def test_noise_is_counted_as_the_diagnosis_measured_it(recorded):

@@ -70,6 +70,15 @@ def test_the_demo_gives_a_complete_result(run_kr5, tmp_path, share):
     } <= data.keys()
     assert all({"name", "value", "unit"} <= f.keys() for f in data["figures"])
     assert data["verdict"]["text"].startswith("At ")
+    outliers = [view["name"] for view in data["views"] if view["outlier"]]
+    figures = {figure["name"]: figure["value"] for figure in data["figures"]}
+    held_out = data["held_out"]
+    sound = held_out["position_rms_without_outliers_mm"]
+    assert outliers == ["view_11.png"] and figures["target in held-out views without outliers (RMS)"] == sound
+    expected = next(value for name, value in figures.items() if name.startswith("expected error"))
+    assert expected < sound < 4 * expected < held_out["position_rms_mm"]
+    assert run_kr5("report", "r.json", "-o", "page.html").returncode == 0
+    assert "contain the noise of robot and camera" in (tmp_path / "page.html").read_text()
 
 
 @pytest.fixture

@@ -96,7 +96,8 @@ def test_near_parallel_axes_show_beta_in_place_of_b(tmp_path, chain, run_kr5):
     joints[1].beta = 0.01  # axes 2 and 3 are parallel but for it
     q, places = turns(kinematics.DhChain(joints, chain.T_base_0))
     write(tmp_path / "turns.csv", q, places)
-    assert run_kr5("identify", "axes", "turns.csv", "-o", "axes.json").returncode == 0
+    assert run_kr5("identify", "axes", "turns.csv", "-o", "axes.json", "--png", "plots").returncode == 0
+    assert list((tmp_path / "plots").glob("*.png"))
     figures = {f["name"]: f for f in json.loads((tmp_path / "axes.json").read_text())["figures"]}
     parameters = {k: {n.split(".")[1] for n in figures if n.startswith(f"joint{k}.")} for k in range(1, 6)}
     assert parameters[2] == {"a", "alpha", "beta", "theta_offset"}

@@ -54,7 +54,7 @@ def folder(tmp_path, arm):
 def test_postures_give_the_arm_judged_on_further_postures_and_written_into_a_cell(folder, run_kr5):
     done = run_kr5(
         *("calibrate", "kinematics", "postures.csv", "--cell", "cell.yaml", "--check", "further.csv"),
-        *("-o", "kinematics.json", "--write-cell", "identified.yaml"),
+        *("-o", "kinematics.json", "--write-cell", "identified.yaml", "--png", "plots"),
     )
     assert done.returncode == 0, done.stderr
     data = json.loads((folder / "kinematics.json").read_text())
@@ -65,7 +65,34 @@ def test_postures_give_the_arm_judged_on_further_postures_and_written_into_a_cel
     identified = cell.load_cell(folder / "identified.yaml").nominal_chain()
     assert identified.joints[1].a == pytest.approx(data["result"]["arm"]["joints"][1]["a"], abs=1e-12)
     assert run_kr5("report", "kinematics.json", "-o", "page.html").returncode == 0
-    assert "Kinematic calibration" in (folder / "page.html").read_text()
+    page = (folder / "page.html").read_text()
+    assert "Kinematic calibration" in page
+    assert (folder / "plots/parameter_changes.png").read_bytes()[:4] == b"\x89PNG"
+    coordinates = data["result"]["coordinates"]
+    changed = [c["name"] for c in coordinates if abs(c["value"] - c["nominal"]) > 3 * c["std"]]
+    alike = [c["name"] for c in coordinates if c["name"] not in changed]
+    count = sum(name.startswith("arm.") for name in changed)
+    assert alike and data["verdict"]["text"].startswith(f"{count} parameters differ from the cell, of ")
+    for text in (done.stdout, page):
+        assert f"{len(alike)} parameters are within 3 standard deviations" in text
+        assert all(name.removeprefix("arm.") in text for name in changed if name.startswith("arm."))
+    assert f">{alike[0].removeprefix('arm.')}, change<" not in page
+    assert "False" not in page
+
+
+def test_an_arm_that_is_as_its_cell_says_is_told_so_without_rows_of_nothing(tmp_path, arm, run_kr5):
+    believed, _ = arm
+    cell.save_cell(believed, tmp_path / "cell.yaml")
+    write(tmp_path / "postures.csv", *measured(believed.nominal_chain(), 60, 1))
+    write(tmp_path / "further.csv", *measured(believed.nominal_chain(), 20, 2))
+    words = ("calibrate", "kinematics", "postures.csv", "--cell", "cell.yaml", "--check", "further.csv")
+    done = run_kr5(*words, "-o", "arm.json")
+    assert done.returncode == 0, done.stderr
+    assert "Good: The arm is as its cell says" in done.stdout and "Parameters that differ" not in done.stdout
+    assert run_kr5("report", "arm.json", "-o", "page.html").returncode == 0
+    page = (tmp_path / "page.html").read_text()
+    assert "The arm is as its cell says" in page and "not listed" in page and ", change<" not in page
+    assert "device and measured point were placed on them" in page
 
 
 def test_units_and_names_of_columns_are_options_and_wrong_ones_are_told(folder, arm, run_kr5):

@@ -54,7 +54,8 @@ def measure(run_kr5, tmp_path, *args, code=0):
 @pytest.mark.parametrize("kuka", [False, True])
 def test_repeatability_and_accuracy_of_every_point_and_all(run_kr5, tmp_path, kuka):
     write(tmp_path / "returns.csv", draw(), kuka=kuka)
-    data = measure(run_kr5, tmp_path, "returns.csv")
+    data = measure(run_kr5, tmp_path, "returns.csv", "--png", "plots")
+    assert (tmp_path / "plots/returns.png").is_file()
     assert data["format"] == "kr5-repeatability/1" and data["verdict"]["word"] == "good" and not data["causes"]
     expected = SIGMA * (2 * np.sqrt(2 / np.pi) + 3 * np.sqrt(3 - 8 / np.pi))  # of Maxwell's distribution
     overall = data["result"]["overall"]

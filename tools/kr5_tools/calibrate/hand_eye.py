@@ -17,6 +17,7 @@ from kr5_tools.calibrate.dataset_proposal import read_or_propose
 from kr5_tools.calibrate.datasets import camera_of, residuals_of, target_of
 from kr5_tools.calibrate.hand_eye_pairs import calibrate_pairs, refuse_image_options, refuse_pair_options
 from kr5_tools.calibrate.hand_eye_result import (
+    add_outlier_free,
     figures_of,
     frames_of,
     held_out_figures,
@@ -206,7 +207,7 @@ def solve_hand_eye(
     held_out = {}
     if result.fit.usable and len(views) >= 4:
         with spinner("Evaluating held-out views"):
-            held_out = calibration.evaluate_hand_eye(views, camera, options).to_dict()
+            held_out = add_outlier_free(calibration.evaluate_hand_eye(views, camera, options).to_dict(), result)
     predicted = [predict_target(result, T) for T in poses]
     reports = [{**r.to_dict(), "image": str(Path(images[i]).resolve())} for r, i in zip(result.views, seen.index)]
     keys = {

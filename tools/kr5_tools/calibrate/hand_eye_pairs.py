@@ -12,6 +12,7 @@ from kr5.files.writing import check_writable
 from kr5.tables.options import TableOptions
 
 from kr5_tools.calibrate.hand_eye_result import (
+    add_outlier_free,
     figures_of,
     frames_of,
     held_out_figures,
@@ -159,7 +160,7 @@ def _keys(
     if result.fit.usable and len(pairs) >= 5:
         with spinner("Evaluating held-out pairs"):
             judged = calibration.evaluate_hand_eye_pairs(pairs, options, FOLDS)
-        held_out = judged.to_dict() if judged.views else {}
+        held_out = add_outlier_free(judged.to_dict(), result) if judged.views else {}
     return {
         "verdict": {"word": str(diagnosis.verdict), "text": diagnosis.text},
         "causes": [c.to_dict() for c in diagnosis.causes],

@@ -10,18 +10,32 @@ import numpy as np
 from kr5.files.results import write_if_usable, write_result
 
 from kr5_tools.cli.cell_output import put_camera_pose, write_cell_file
-from kr5_tools.cli.numbers import format_percent
+from kr5_tools.cli.numbers import format_percent, root_mean_square
 from kr5_tools.cli.tables import figure_row, make_table, pose_figures, print_result
 from kr5_tools.cli.terminal import Console, console
 from kr5_tools.exports.command_line import Exports
+
+
+def add_outlier_free(judged: dict[str, Any], result: kr5.calibration.HandEyeResult) -> dict[str, Any]:
+    """Errors on held-out views with those of the views that agree, where some contradict them."""
+    outliers = {view.name for view in result.views if view.outlier}
+    sound = [view for view in judged.get("views", ()) if view["name"] not in outliers]
+    if not sound or len(sound) == len(judged["views"]):
+        return judged
+    rms = {
+        f"{what}_rms_without_outliers": root_mean_square(view[what] for view in sound)
+        for what in ("position", "rotation")
+    }
+    return {**judged, **rms}
 
 
 def held_out_figures(judged: dict[str, Any]) -> dict[str, float]:
     """For people: mm and deg, by the end of the name."""
     return {
         f"{what}_{how}_{unit}": scale * judged[f"{what}_{how}"]
-        for how in ("rms", "median")
+        for how in ("rms", "rms_without_outliers", "median")
         for what, scale, unit in (("position", 1e3, "mm"), ("rotation", 180 / np.pi, "deg"))
+        if f"{what}_{how}" in judged
     }
 
 
@@ -76,11 +90,11 @@ def figures_of(
         figure_row("rotation of the wrist, second axis (RMS)", np.degrees(diagnosis.rotation_minor), None, "deg"),
     ]
     if held_out:
+        without = "_without_outliers" if "position_rms_without_outliers" in held_out else ""
+        said = "target in held-out views" + (" without outliers" if without else "")
         rows += [
-            figure_row("target in held-out views, full fit (RMS)", 1e3 * held_out["position_rms"], None, "mm"),
-            figure_row(
-                "target in held-out views, full fit, rotation (RMS)", np.degrees(held_out["rotation_rms"]), None, "deg"
-            ),
+            figure_row(f"{said} (RMS)", 1e3 * held_out[f"position_rms{without}"], None, "mm"),
+            figure_row(f"{said}, rotation (RMS)", np.degrees(held_out[f"rotation_rms{without}"]), None, "deg"),
         ]
     return rows
 

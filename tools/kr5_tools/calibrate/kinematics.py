@@ -15,6 +15,8 @@ from kr5.files.writing import check_writable
 from kr5.tables.options import TableOptions
 
 from kr5_tools.calibrate.further_postures import held_out_text, judge, require_placing
+from kr5_tools.calibrate.kinematics_figures import change_text, is_significant, left_out_notes, shown_name
+from kr5_tools.calibrate.plot_files import write_plots
 from kr5_tools.calibrate.posture_checks import posture_warnings, require_motion, require_order
 from kr5_tools.calibrate.postures import read_postures, read_socket, recorded_postures
 from kr5_tools.calibrate.recorded_arm import (
@@ -25,7 +27,7 @@ from kr5_tools.calibrate.recorded_arm import (
     refined_cell,
     use_recording,
 )
-from kr5_tools.cli.arguments import JsonOption, ResultOption
+from kr5_tools.cli.arguments import JsonOption, PngOption, ResultOption
 from kr5_tools.cli.cell_output import write_cell_file
 from kr5_tools.cli.numbers import table_unit
 from kr5_tools.cli.options import options_from
@@ -117,6 +119,7 @@ def calibrate_kinematics(
         ),
     ] = None,
     output: ResultOption = None,
+    png: PngOption = None,
     json_file: JsonOption = None,
 ) -> None:
     """Kinematic calibration: the arm's true DH parameters with their uncertainty, from postures measured by a tracker,
@@ -171,6 +174,7 @@ def calibrate_kinematics(
     written = write_result(None, "kr5-kinematics/1", **keys)
     write_if_usable(written, result.fit, output, json_file)
     exports.write(written, out)
+    write_plots(written, png, out)
     if write_cell and result.fit.usable:
         write_cell_file(refined_cell(believed, result, recording is not None, bool(views)), write_cell)
 
@@ -280,7 +284,8 @@ def _verdict(
     sound = [p for p in result.postures if not p.outlier and p.position_error > 0]
     before = 1e3 * np.sqrt(np.mean([p.nominal_error**2 for p in sound]))
     after = 1e3 * np.sqrt(np.mean([p.position_error**2 for p in sound]))
-    text = f"RMS error {before:.3f} mm with the nominal arm, {after:.3f} mm with the identified one"
+    text = change_text(c.to_dict() for c in result.coordinates)
+    text += f"; RMS error {before:.3f} mm with the nominal arm, {after:.3f} mm with the identified one"
     if views := [p.pixel_error for p in result.postures if not p.outlier and p.pixel_error > 0]:
         text += f", {np.sqrt(np.mean(np.square(views))):.3f} px in {len(views)} views"
     if held_out:
@@ -297,23 +302,15 @@ def _verdict(
 
 def _show(result: calibration.KinematicsResult, data: Mapping[str, object], out: Console) -> None:
     print_result({**data, "figures": []}, out)
-    rows, hidden = [], 0
-    for c in result.coordinates:
-        scale, unit = table_unit(c.unit)
-        change = scale * (c.value - c.nominal)
-        periodic = c.name.startswith("joint_errors.") and not c.name.endswith(".compliance")
-        if periodic and abs(c.value) < 3 * c.std:
-            hidden += 1
-            continue
-        mark = "" if c.identifiable else "*"
-        name = c.name.removeprefix("arm.").replace("joint_errors.", "error of " if periodic else "")
-        rows.append([name + mark, scale * c.nominal, scale * c.value, change, scale * c.std, unit])
-    names = ["parameter", "nominal", "identified", "change", "± std", "unit"]
+    coordinates = [c.to_dict() for c in result.coordinates]
+    rows = []
+    for c in filter(is_significant, coordinates):
+        scale, unit = table_unit(c["unit"])
+        change = scale * (c["value"] - c["nominal"])
+        rows.append([shown_name(c), scale * c["nominal"], scale * c["value"], change, scale * c["std"], unit])
     out.print()
-    out.print(make_table("Identified parameters", names, rows, text=(5,)))
-    if hidden:
-        out.print(f"{hidden} coefficients of joint errors within three standard deviations of zero are not listed.")
-    if result.unidentifiable:
-        out.print("* Not determined by the measurements alone; held near the nominal value:")
-    for direction in result.unidentifiable:
-        out.print(f"  {direction.text}", soft_wrap=True)
+    if rows:
+        names = ["parameter", "nominal", "identified", "change", "± std", "unit"]
+        out.print(make_table("Parameters that differ from the cell", names, rows, text=(5,)))
+    for note in left_out_notes(coordinates, [direction.to_dict() for direction in result.unidentifiable]):
+        out.print(note, soft_wrap=True)

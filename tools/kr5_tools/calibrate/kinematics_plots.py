@@ -3,6 +3,7 @@
 import numpy as np
 from kr5.files.result_types import ResultData
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullLocator
 
 from kr5_tools.pages.plot_style import BLUE, GREY, RED, WIDE, WIDTH, plt
 
@@ -22,12 +23,17 @@ def posture_errors(data: ResultData) -> Figure | None:
     if len(positive) < 2:
         return None
     figure, axes = plt.subplots(figsize=(WIDTH, 3.2))
-    bins = np.geomspace(positive.min(), positive.max() * 1.001, 40).tolist()
+    count = int(np.clip(2 * np.sqrt(len(postures)), 5, 40))
+    bins = np.geomspace(positive.min(), positive.max() * 1.001, count).tolist()
     axes.hist(before, bins=bins, color=GREY, alpha=0.7, label="nominal arm")
     axes.hist(after[~outlier], bins=bins, color=BLUE, alpha=0.8, label="identified arm")
     if outlier.any():
         axes.plot(after[outlier], np.zeros(outlier.sum()), "v", color=RED, label="outlier", clip_on=False)
     axes.set(xscale="log", xlabel="distance, measured to predicted [mm]", ylabel="postures")
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.xaxis.set_major_formatter("{x:g}")
+    axes.xaxis.set_minor_locator(NullLocator())
+    axes.yaxis.get_major_locator().set_params(integer=True)
     axes.legend(fontsize=9)
     return figure
 
@@ -54,6 +60,7 @@ def parameter_changes(data: ResultData) -> Figure | None:
         axes.set_yticks(at, [c["name"].removeprefix("arm.") for c in part], fontsize=8.5)
         axes.invert_yaxis()
         axes.set_xlabel(f"change [{unit}]")
+        axes.locator_params(axis="x", nbins=4)
     return figure
 
 

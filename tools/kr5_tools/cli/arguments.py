@@ -15,6 +15,9 @@ ResultOption = Annotated[
 ]
 
 
+PngOption = Annotated[Path | None, typer.Option("--png", metavar="DIR", help="Folder for the plots as PNG files.")]
+
+
 AllOption = Annotated[bool, typer.Option("--all", help="List everything, not only what matters most.")]
 
 

@@ -134,7 +134,8 @@ def parts_of(evidence: "Evidence | None", found: kr5.gap.Diagnosis) -> list[dict
     for part in parts.values():
         for which in ("before", "after"):
             above = [g for g in part["groups"] if g in named[which]]
-            gaps = {g: evidence.gap(g, which) for g in above or part["groups"]}
+            rest = part["groups"] if which == "before" else [part["before"]["group"]]
+            gaps = {g: evidence.gap(g, which) for g in above or rest}
             group = max(gaps, key=lambda g: gaps[g])
             gap = float(gaps[group])
             part[which] = {

@@ -15,8 +15,9 @@ from kr5.tables.options import TableOptions
 from kr5.tables.roles import joints_role
 from kr5.tables.table import Table
 
+from kr5_tools.calibrate.plot_files import write_plots
 from kr5_tools.calibrate.postures import POINTS, POSE, measured
-from kr5_tools.cli.arguments import JsonOption, ResultOption
+from kr5_tools.cli.arguments import JsonOption, PngOption, ResultOption
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.table_options import (
     AngleUnit,
@@ -86,6 +87,7 @@ def axes(
     length: LengthUnit = None,
     angle: AngleUnit = None,
     output: ResultOption = None,
+    png: PngOption = None,
     json_file: JsonOption = None,
 ) -> None:
     """Circle-point analysis: each joint's axis from the arc it traces, with its quality and uncertainty, and the DH
@@ -109,8 +111,10 @@ def axes(
     keys = _keys(files, turns, result)
     if upright:
         _add_lengths(keys, result, _upright_axis(upright, wanted, camera, target, mount, options))
-    _show(result.axes, keys, console(json_file))
+    out = console(json_file)
+    _show(result.axes, keys, out)
     data = write_result(output, "kr5-axes/1", **keys)
+    write_plots(data, png, out)
     write_json(data, json_file)
 
 

@@ -70,7 +70,7 @@ def insert(
     csv: Annotated[
         Path | None, typer.Option("--csv", metavar="ROWS.csv", help="CSV with one row per controller cycle (SI).")
     ] = None,
-    png: Annotated[Path | None, typer.Option("--png", metavar="DIR", help="Folder for the plots as PNG files.")] = None,
+    png: arguments.PngOption = None,
     json_file: arguments.JsonOption = None,
 ) -> None:
     """Insertion of a peg into a tube in the simulated cell: tilted touch, one turn, slide, upright, push.

@@ -12,7 +12,8 @@ from kr5.files.results import write_result
 from kr5.files.writing import check_writable, write_json
 from kr5.tables.options import TableOptions
 
-from kr5_tools.cli.arguments import JsonOption, ResultOption
+from kr5_tools.calibrate.plot_files import write_plots
+from kr5_tools.cli.arguments import JsonOption, PngOption, ResultOption
 from kr5_tools.cli.numbers import format_count, format_range
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.table_options import ColumnsOption, Convention, PoseAngle, PoseLength, tell_notes
@@ -56,6 +57,7 @@ def repeatability(
         typer.Option(help="Images: result of kr5 calibrate hand-eye; without, the camera itself is measured."),
     ] = None,
     output: ResultOption = None,
+    png: PngOption = None,
     json_file: JsonOption = None,
 ) -> None:
     """Pose repeatability and accuracy after ISO 9283 of every point and of all together, with confidence bounds.
@@ -91,8 +93,10 @@ def repeatability(
         "points": len(result.points),
         "count": len(measured),
     }
-    _show(result, keys, console(json_file))
+    out = console(json_file)
+    _show(result, keys, out)
     data = write_result(output, "kr5-repeatability/1", **keys)
+    write_plots(data, png, out)
     write_json(data, json_file)
 
 

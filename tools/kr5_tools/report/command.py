@@ -167,7 +167,8 @@ def make_page(data: ResultData, source: Path, drawn: list[Plot]) -> str:
     from kr5_tools.targets import detection_table
 
     views, columns = view_table(data, source)
-    figures, poses = split_figures(data.get("figures", []))
+    rows, figure_notes = shown_figures(data)
+    figures, poses = split_figures(rows)
     drawn_on = any(v["thumbnail"] and v["thumbnail"]["drawn"] for v in views)
     return render_page(
         "report.html",
@@ -179,12 +180,13 @@ def make_page(data: ResultData, source: Path, drawn: list[Plot]) -> str:
         views=views,
         columns=columns,
         figures=figures,
+        figure_notes=figure_notes,
         corrected=any(row.get("corrected") for row in figures),
         poses=poses,
         seen=detection_table.seen_table(data),
         seen_columns=detection_table.COLUMNS,
         drawn_on=drawn_on,
-        held_out=flatten(data.get("held_out", {})),
+        held_out=[(HELD_OUT_NAMES.get(name, name), text) for name, text in flatten(data.get("held_out", {}))],
         input=flatten(data.get("input", {})),
         models=model_table(data),
         scene=script_json(frame_scene(data)),
@@ -192,6 +194,29 @@ def make_page(data: ResultData, source: Path, drawn: list[Plot]) -> str:
         icon=ICONS.get(data["verdict"]["word"], "") if data.get("verdict") else "",
         fit=data.get("result", {}).get("fit"),
     )
+
+
+HAND_EYE_NOTE = (
+    "The expected error is that of the calibration alone; errors in held-out views contain the noise of robot and"
+    " camera in each view."
+)
+HELD_OUT_NAMES = {  # of kr5 calibrate kinematics; field_phrase sets units in brackets
+    "placed_on_them": "device and measured point were placed on them",
+    "nominal_mean_mm": "mean error of the nominal arm_mm",
+    "mean_mm": "mean error_mm",
+    "rms_mm": "RMS error_mm",
+    "max_mm": "largest error_mm",
+}
+
+
+def shown_figures(data: ResultData) -> tuple[list[FigureData], list[str]]:
+    """The figures of a page, and what is said below them."""
+    if data["format"] == "kr5-kinematics/1":
+        from kr5_tools.calibrate.kinematics_figures import figures_and_notes
+
+        return cast("tuple[list[FigureData], list[str]]", figures_and_notes(data))
+    judged = data["format"] == "kr5-hand-eye/1" and "held_out" in data
+    return data.get("figures", []), [HAND_EYE_NOTE] if judged else []
 
 
 ICONS = {"good": "✓", "doubtful": "!", "unusable": "✗"}  # beside the colour, for those who do not see it
@@ -204,6 +229,8 @@ def flatten(values: Mapping[str, object], prefix: str = "") -> list[tuple[str, s
         name = f"{prefix}{key}"
         if isinstance(value, dict):
             out += flatten(value, f"{name}.")
+        elif isinstance(value, bool):
+            out.append((name, "yes" if value else "no"))
         elif isinstance(value, float):
             out.append((name, format_number(value)))
         elif isinstance(value, list) and (len(value) > 4 or any(isinstance(v, (list, dict)) for v in value)):

@@ -112,7 +112,7 @@ def sensitivity(
             " continues there.",
         ),
     ] = Path("sensitivity"),
-    png: Annotated[Path | None, typer.Option("--png", metavar="DIR", help="Folder for the plots as PNG files.")] = None,
+    png: arguments.PngOption = None,
     json_file: arguments.JsonOption = None,
 ) -> None:
     """Sobol's indices: uncertain inputs ranked by their share of the variance of each output, alone (first-order)

@@ -78,7 +78,7 @@ def insertion(
             help="Folder of sweep.json, trials.csv and report.html; an interrupted sweep continues there.",
         ),
     ] = Path("insertion-sweep"),
-    png: Annotated[Path | None, typer.Option("--png", metavar="DIR", help="Folder for the plots as PNG files.")] = None,
+    png: arguments.PngOption = None,
     json_file: arguments.JsonOption = None,
 ) -> None:
     """Insertions over a grid of tilts and clearances: success rates at the first, second and third attempt, and times,

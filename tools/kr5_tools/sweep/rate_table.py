@@ -88,9 +88,9 @@ def mark_short(places: list[dict[str, Any]]) -> None:
 COLUMNS = [
     "tilt [deg]",
     "clearance [mm]",
-    "first attempt ([%])",
-    "by second ([%])",
-    "by third ([%])",
+    "first attempt (interval [%])",
+    "by second (interval [%])",
+    "by third (interval [%])",
     "median [s]",
     "90 % [s]",
 ]

@@ -10,7 +10,7 @@ from kr5.files import results, writing
 from kr5.files.result_types import ResultData
 
 from kr5_tools.cli import terminal
-from kr5_tools.cli.arguments import JsonOption, ResultOption
+from kr5_tools.cli.arguments import JsonOption, PngOption, ResultOption
 from kr5_tools.cli.tables import print_result
 from kr5_tools.uncertainty import camera_matrix as camera_matrix_module
 from kr5_tools.uncertainty import chain as chain_module
@@ -22,7 +22,6 @@ app = typer.Typer(help="Uncertainty through chains of poses, of camera, scanner 
 FORMAT = "kr5-uncertainty/1"
 
 PageOption = Annotated[Path | None, typer.Option("--report", metavar="PAGE.html", help="Page to write.")]
-PngOption = Annotated[Path | None, typer.Option("--png", metavar="DIR", help="Folder for the plots as PNG files.")]
 SigmaTranslation = Annotated[
     float | None,
     typer.Option(
