@@ -536,6 +536,11 @@ def test_what_the_format_of_the_model_cannot_hold_is_put_into_a_cell(recorded, m
     found = diagnosed("explained", [place("motion.i2", 7.0)], causes)
     steps = next_steps(DiagnosisFile(found), "log", model, cell)
     assert all(text in steps[-1] for text in words), steps[-1]
+    in_model = model and "cannot hold" not in steps[-1]
+    kind, file = ("model", f"mine{Path(model).suffix}") if in_model else ("cell", "mine.yaml")
+    steps = next_steps(DiagnosisFile(found, written={kind: file}), "log", model, cell)
+    assert steps[-1].startswith(f"{file} is written with these causes; check it on another recording")
+    assert f"`kr5 gap measure OTHER --{'model' if model else 'cell'} {file}`" in steps[-1]
 
 
 def test_a_cause_that_explains_nothing_measurable_is_not_said_to_explain_0_percent():

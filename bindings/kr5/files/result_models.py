@@ -230,6 +230,7 @@ class DiagnosisFile(OpenDocument):
     joint_names: list[str] = []
     notes: list[str] = []
     mujoco: MujocoErrors | None = Field(None, description="what MuJoCo says of the model that was written")
+    written: dict[str, str] = Field({}, description="files with the causes in them: `model` and `cell`")
 
 
 class DescribedExperiment(OpenDocument):

@@ -4,7 +4,7 @@ import numpy as np
 from kr5.files.result_types import ResultData
 from matplotlib.figure import Figure
 
-from kr5_tools.pages.plot_style import BLUE, GREEN, GREY, RED, WIDE, WIDTH, plt
+from kr5_tools.pages.plot_style import BEHIND, BLUE, GREEN, GREY, RED, WIDE, WIDTH, plt
 
 UNITS = {"rad": (180 / np.pi, "deg"), "m": (1e3, "mm")}
 
@@ -72,7 +72,7 @@ def gravity_overlay(data: ResultData) -> Figure | None:
     joints = tau.shape[1]
     figure, panels = plt.subplots(joints, 1, figsize=(WIDE, 1.0 + 1.3 * joints), sharex=True, squeeze=False)
     for k, axes in enumerate(panels[:, 0]):
-        axes.plot(t, tau[:, k], color=GREY, linewidth=0.8, label="measured")
+        axes.plot(t, tau[:, k], label="measured", **BEHIND)
         axes.plot(t, predicted[:, k], color=BLUE, linewidth=1.2, label="predicted")
         axes.plot(t, gravity[:, k], color=RED, linewidth=1.2, linestyle="--", label="gravity")
         axes.set_ylabel(f"{k + 1}")

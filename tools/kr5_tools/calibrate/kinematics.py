@@ -311,6 +311,6 @@ def _show(result: calibration.KinematicsResult, data: Mapping[str, object], out:
     out.print()
     if rows:
         names = ["parameter", "nominal", "identified", "change", "± std", "unit"]
-        out.print(make_table("Parameters that differ from the cell", names, rows, text=(5,)))
+        out.print(make_table("Parameters that differ from their nominal values", names, rows, text=(5,)))
     for note in left_out_notes(coordinates, [direction.to_dict() for direction in result.unidentifiable]):
         out.print(note, soft_wrap=True)

@@ -115,7 +115,7 @@ def diagnose(
         confirmed = confirmed_in_mujoco(written, found.cell, compared, reading)
     finally:  # what was found is kept, even if a model cannot be written
         diagnosis = outputs.write_results(found, compared, confirmed)
-    print_diagnosis(found, compared, to, everything, confirmed)
+    print_diagnosis(diagnosis, compared, to, everything, confirmed)
     if written is not None:
         print_model(written, found.cell if found.causes else None, compared.recording, to)
     outputs.write_report(diagnosis, compared, to)
@@ -160,6 +160,8 @@ class DiagnoseOutputs:
             compared.inputs["recording"] = str(self.recording.resolve())
         data = json.loads(found.to_json())
         data |= {"mujoco": check.to_dict()} if check is not None else {}
+        files = {"model": self.model, "cell": self.cell}
+        data["written"] = {kind: str(file) for kind, file in files.items() if file is not None and file.exists()}
         keys = {key: value for key, value in data.items() if key != "format"}
         result = results.write_result(self.result, data["format"], **keys, input=compared.inputs, seconds=found.seconds)
         writing.write_json(data, self.json_file)

@@ -49,8 +49,8 @@ def effects(
     everything: arguments.AllOption = False,
     json_file: arguments.JsonOption = None,
 ) -> None:
-    """List of the effects that a diagnosis tries: what each acts on, and what differs; with --all also its parameters
-    and the columns in which it shows. Or the details of one effect."""
+    """List of the effects that a diagnosis tries: what each acts on, what differs, and where it shows; with --all also
+    its parameters. Or the details of one effect."""
     writing.check_writable(json_file, inputs=[cell_file])
     rows = [kr5.cell.find_effect(effect)] if effect else kr5.cell.effect_catalogue()
     cell = load_cell(cell_file)
@@ -116,11 +116,11 @@ def _choice(row: kr5.cell.Effect, typical: dict[str, Any]) -> int:
 def print_catalogue(found: list[dict[str, Any]], to: Console, everything: bool = False) -> None:
     rows = []
     for e in found:
-        row = [e["id"], e["target"].replace("_", " "), e["description"]]
+        row = [e["id"], e["target"].replace("_", " "), f"{e['description']}; shows in {e['shows_in']}"]
         if everything:
-            row += [", ".join(f"{p['name']} [{p['unit']}]" for p in e["parameters"]), e["shows_in"]]
+            row.append(", ".join(f"{p['name']} [{p['unit']}]" for p in e["parameters"]))
         rows.append(row)
-    heads = ["effect", "on", "difference from the nominal cell", *(["parameters", "shows in"] if everything else [])]
+    heads = ["effect", "on", "what differs, and where it shows", *(["parameters"] if everything else [])]
     to.print(tables.make_table(f"{len(found)} effects", heads, rows, text=range(len(heads))))
     to.print("\nkr5 gap effects EFFECT shows typical sizes, bounds and the remedy of one.", soft_wrap=True)
 

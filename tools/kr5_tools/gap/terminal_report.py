@@ -35,14 +35,15 @@ FURTHER = "--all lists every one"
 
 
 def print_diagnosis(
-    found: kr5.gap.Diagnosis,
+    diagnosis: DiagnosisFile,
     source: ComparedSource,
     to: Console,
     everything: bool = False,
     check: MujocoCheck | None = None,
 ) -> None:
-    """A diagnosis (kr5.gap.Diagnosis) for people: the verdict, what MuJoCo says of the model that was written, the
+    """A diagnosis for people: the verdict, what MuJoCo says of the model that was written, the
     causes, how its logs were read, where the gap is, what remains, what to do."""
+    found = diagnosis.found
     colour, word = VERDICTS[str(found.verdict)]
     to.print(f"[bold {colour}]{word}.[/] {escape(found.text)}", soft_wrap=True, markup=True)
     nominal = source.recording.cell
@@ -56,7 +57,6 @@ def print_diagnosis(
     print_source(source, to, everything)
     _print_places(found, to, everything)
     _print_remainder(found, to, everything)
-    diagnosis = DiagnosisFile(found, source.inputs)
     _say_list(to, "Notes", [note_text(note) for note in notes(found, diagnosis.noise_declared)])
     steps = next_steps(diagnosis, source.command, model, found.cell)
     _say_list(to, "Next steps", [step.replace("`", "") for step in steps])

@@ -21,6 +21,7 @@ class DiagnosisFile:
     version: str = ""
     command: str = ""
     mujoco: MujocoCheck | None = None  # what MuJoCo says of the model that was written
+    written: dict[str, str] = field(default_factory=dict)  # files with the causes in them: model, cell
 
     @property
     def of_logs(self) -> bool:
@@ -37,7 +38,8 @@ def diagnosis_of(found: kr5.gap.Diagnosis, result: dict[str, Any]) -> DiagnosisF
     """A diagnosis with the keys of its result."""
     keys = {key: result[key] for key in ("created", "version", "command") if result.get(key)}
     mujoco = MujocoCheck.from_dict(result["mujoco"]) if result.get("mujoco") else None
-    return DiagnosisFile(found, dict(result.get("input", {})), **keys, mujoco=mujoco)
+    written = dict(result.get("written", {}))
+    return DiagnosisFile(found, dict(result.get("input", {})), **keys, mujoco=mujoco, written=written)
 
 
 def read_diagnosis(file: Path) -> DiagnosisFile:

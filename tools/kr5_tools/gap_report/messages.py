@@ -1,6 +1,7 @@
 """What to do after a diagnosis: the steps with their commands and files. The sentences about the diagnosis itself are
 those of the library."""
 
+import shlex
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -65,7 +66,7 @@ def next_steps(
         steps.append(experiment)
     steps += _geometry_from_loads(found) + _remedies(found.causes)
     if found.causes:
-        steps.append(_simulation_step(found.causes, source, model, cell))
+        steps.append(_simulation_step(diagnosis, source, model, cell))
     return steps + _steps_of_rest(found, bool(steps))
 
 
@@ -135,15 +136,18 @@ def _remedies(causes: Iterable[kr5.gap.Cause]) -> list[str]:
     ]
 
 
-def _simulation_step(
-    causes: Iterable[kr5.gap.Cause], source: str, model: str | None, cell: kr5.cell.Cell | None
-) -> str:
-    """How to simulate with the causes: in a model like the given one where that holds them, else in a cell."""
-    tuned = f"tuned{_ending(model)}" if model else "tuned.yaml"
-    named = list(dict.fromkeys((cause.effect, cause.target) for cause in causes))
-    kind = ENDINGS[Path(tuned).suffix]
-    lost = [name for name in lost_effects(cell, kind) if name in named] if model and cell else []
-    options = [f"--write-{'model' if model else 'cell'} {tuned}"] if len(lost) < len(named) else []
+def _simulation_step(diagnosis: DiagnosisFile, source: str, model: str | None, cell: kr5.cell.Cell | None) -> str:
+    """How to simulate with the causes: in a model like the given one where that holds them, else in a cell; what is
+    written already is to be checked."""
+    written = diagnosis.written
+    tuned = written.get("model") or (f"tuned{_ending(model)}" if model else "tuned.yaml")
+    named = list(dict.fromkeys((cause.effect, cause.target) for cause in diagnosis.found.causes))
+    kind = ENDINGS[Path(tuned).suffix.lower()]
+    in_model = "model" in written or bool(model)
+    lost = [name for name in lost_effects(cell, kind) if name in named] if in_model and cell else []
+    if whole := ("" if lost else written.get("model")) or written.get("cell"):
+        return _check_step(whole, bool(model) or whole == written.get("model"))
+    options = [f"--write-{'model' if in_model else 'cell'} {tuned}"] if len(lost) < len(named) else []
     limit = ""
     if lost:
         tuned = "tuned.yaml"
@@ -151,8 +155,20 @@ def _simulation_step(
         limit = f" {capitalised(NAMES[kind])} cannot hold {_lost_text(lost)}; the cell {tuned} holds every cause."
     return (
         f"To simulate with these causes: `kr5 gap diagnose {source} {' '.join(options)}`.{limit} A gap near 1 on"
-        f" another recording, `kr5 gap measure OTHER --{'model' if model else 'cell'} {tuned}`, confirms the result."
+        f" another recording, `{_measure(tuned, bool(model))}`, confirms the result."
     )
+
+
+def _check_step(file: str, is_model: bool) -> str:
+    """What to do with a file that was written with every cause in it."""
+    return (
+        f"{file} is written with these causes; check it on another recording, `{_measure(file, is_model)}`: a gap near"
+        " 1 confirms the result."
+    )
+
+
+def _measure(file: str, is_model: bool) -> str:
+    return f"kr5 gap measure OTHER --{'model' if is_model else 'cell'} {shlex.quote(file)}"
 
 
 def _lost_text(lost: list[tuple[str, str]]) -> str:

@@ -10,7 +10,7 @@ from kr5.files.result_types import ResultData
 from kr5_tools.calibrate.plots import Plot
 from kr5_tools.cli.numbers import format_number
 from kr5_tools.identify.dynamics_errors import error_rows
-from kr5_tools.pages.plot_style import BLUE, GREY, RED, STYLE, WIDE, plt
+from kr5_tools.pages.plot_style import BEHIND, BLUE, RED, STYLE, WIDE, plt
 from kr5_tools.pages.tables_page import write_tables_page
 
 PARTS = (("fitted", "fitted"), ("held_out", "held out"))
@@ -28,14 +28,14 @@ def torque_plot(curves: dict[str, Any], joint: int) -> Any:
         gaps = np.flatnonzero(np.diff(t) > 5 * np.median(np.diff(t))) + 1  # between runs nothing was measured
         t, measured, predicted = (np.insert(v, gaps, np.nan) for v in (t, measured, predicted))
         top, bottom = grid[0][column], grid[1][column]
-        top.plot(t, measured, color=GREY, linewidth=1.4, label="measured")
+        top.plot(t, measured, label="measured", **BEHIND)
         top.plot(t, predicted, color=BLUE, linewidth=0.9, label="predicted")
         bottom.plot(t, measured - predicted, color=RED, linewidth=0.8, label="residual")
         top.set_title(title)
         bottom.set_xlabel("t [s]")
     grid[0][0].set_ylabel("torque [N m]")
     grid[1][0].set_ylabel("residual [N m]")
-    grid[0][0].legend(fontsize=9, ncols=2)
+    figure.legend(*grid[0][0].get_legend_handles_labels(), loc="outside upper right", fontsize=9, ncols=2)
     return figure
 
 

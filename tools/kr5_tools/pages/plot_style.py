@@ -9,6 +9,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
 __all__ = [
+    "BEHIND",
     "BLUE",
     "EDGE",
     "FLOOR",
@@ -71,5 +72,6 @@ STYLE: dict[Any, Any] = {
     "figure.constrained_layout.use": True,
     "legend.frameon": False,
 }
+BEHIND: dict[str, Any] = {"color": GREY, "linewidth": 3.5, "alpha": 0.5}  # a measured line that a predicted one lies on
 WIDTH = 4.4  # [in]: readable at phone width, two or three beside each other on a desk
 WIDE = 6.4
