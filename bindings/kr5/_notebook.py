@@ -65,7 +65,7 @@ def _table(item: object) -> str:
     judged = any(f.name == "verdict" for f in fields)
     hidden = {"verdict", "text"} if _verdict(item) else set()
     for f in fields:
-        if f.name in hidden or f.name in spread.used or (judged and _is_empty(f.value)):
+        if f.name in hidden or f.name in spread.used or (judged and (_is_empty(f.value) or _is_computing_time(f))):
             continue
         if f.name in spread.poses:
             rows += _pose_rows(f, spread.poses[f.name])
@@ -87,7 +87,14 @@ def _table(item: object) -> str:
 
 
 def _is_empty(value: object) -> bool:
-    return value is None or (isinstance(value, str | list | tuple | dict) and not value)
+    """Whether a value beside a verdict says nothing: none, zero, or a struct of such."""
+    if is_struct(value):
+        return all(_is_empty(f.value) for f in fields_of(value))
+    return value is None or (isinstance(value, str | list | tuple | dict | int | float) and not value)
+
+
+def _is_computing_time(f: Field) -> bool:
+    return f.unit == "s" and f.name.startswith("seconds")
 
 
 def _rows_table(columns: Sequence[tuple[str, str]], rows: Iterable[Sequence[str]]) -> str:

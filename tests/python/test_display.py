@@ -151,6 +151,11 @@ def test_a_verdict_and_causes_stand_first():
     assert text.index("causes (1)") < min(text.index(f">{name}<") for name in names if f">{name}<" in text)
     diagnosis = calibration.HandEyeDiagnosis(verdict="doubtful", text="Because 1 < 2.")
     assert "<b>doubtful</b>: Because 1 &lt; 2." in diagnosis._repr_html_()
+    told = kr5.gap.Diagnosis(verdict="explained", causes=[cause], seconds=3.0, seconds_screening=1.0, spikes=2)
+    shown = told._repr_html_()
+    assert "Cause: " in shown and "spikes" in shown  # the sentence, and what is not zero
+    for nothing in ("seconds", "next_experiment", "outliers", "clock_reset", "effects_limit"):
+        assert nothing not in shown
     failed = hand_eye_result()
     failed.fit = kr5.FitReport(status="degenerate", message="one axis")
     assert "<b>not usable</b>: one axis" in failed._repr_html_()

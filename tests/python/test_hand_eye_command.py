@@ -115,7 +115,7 @@ def replace(file, old, new):
 def test_an_empty_folder_is_refused(run_kr5, tmp_path):
     (tmp_path / "empty").mkdir()
     refused(run_kr5, tmp_path, tmp_path / "empty", "the folder is empty")
-    refused(run_kr5, tmp_path, tmp_path / "none", "no such folder")
+    refused(run_kr5, tmp_path, tmp_path / "none", "no such file or folder")
 
 
 def test_a_folder_without_description_is_calibrated_as_it_is_proposed(run_kr5, tmp_path, demo):

@@ -226,7 +226,7 @@ def refused(run_kr5, *args, words):
 def test_files_that_hold_no_pairs_are_refused(run_kr5, tmp_path):
     robot, seen = pairs()
     mount = ("--mount", "eye_in_hand")
-    refused(run_kr5, "none.csv", words=["no such folder"])
+    refused(run_kr5, "none.csv", words=["no such file or folder"])
     (tmp_path / "empty.yaml").write_text("")
     refused(run_kr5, "empty.yaml", *mount, words=["empty.yaml", "found no pairs of poses"])
     (tmp_path / "cut.json").write_text(as_moveit_json(robot, seen)[:-40])

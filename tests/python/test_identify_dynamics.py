@@ -7,6 +7,9 @@ import kr5.io
 import numpy as np
 import pytest
 
+from kr5_tools.identify.dynamics_page import torque_plot
+from kr5_tools.pages.plot_style import plt
+
 
 @pytest.fixture(scope="module")
 def case(reference):
@@ -36,6 +39,27 @@ def test_a_recording_gives_52_base_parameters_and_predicts_what_was_left_out(tmp
     shown = run_kr5("report", "dynamics.json", "-o", "again.html", "--png", "plots")
     assert shown.returncode == 0, shown.stderr
     assert (tmp_path / "plots/torque_6.png").exists()
+
+
+def test_a_measured_torque_is_seen_behind_the_one_that_the_model_predicts():
+    t = np.linspace(0, 1, 50)
+    torque = np.sin(6 * t)[:, None]
+    figure = torque_plot({"fitted": {"t": t, "measured": torque, "predicted": torque}}, 0)
+    measured, predicted = figure.axes[0].get_lines()
+    assert (measured.get_label(), predicted.get_label()) == ("measured", "predicted")
+    assert measured.get_linewidth() > 3 * predicted.get_linewidth()
+    legend, axes = (part.get_window_extent() for part in (figure.legends[0], figure.axes[0]))
+    assert not legend.overlaps(axes)  # the legend hides no curve
+    plt.close(figure)
+
+
+def test_plots_of_joints_fill_their_cards(tmp_path, case, run_kr5, browser):
+    assert run_kr5("identify", "dynamics", case, "--page", "page.html").returncode == 0
+    browser.open_whole(tmp_path / "page.html", 1200)
+    widths = browser.evaluate(
+        "[...document.querySelectorAll('figure.whole')].map(f => f.querySelector('svg').clientWidth / f.clientWidth)"
+    )
+    assert len(widths) == 6 and min(widths) > 0.9
 
 
 def raw_log(folder, case, change=None):

@@ -179,6 +179,20 @@ def test_strokes_of_an_arm_with_a_slide_become_krl(run_kr5, tmp_path, share):
     assert len(overrides) == len(result["motion"]["points"]) and all(1 <= v <= 90 for v in overrides)
 
 
+def test_a_motion_below_the_base_is_doubtful_unless_the_floor_is_known(run_kr5, tmp_path):
+    (tmp_path / "zones.yaml").write_text("keep_out:\n- {name: ground, kind: floor, T_B_O: [0, 0, -0.5, 0, 0, 0]}\n")
+    verdicts = []
+    for more in ((), ("--lowest", "-0.6"), ("--keep-out", "zones.yaml")):
+        done = run_kr5("identify", "excitation", find_shipped_cell(), *FEW, *more, "-o", "e.json")
+        assert done.returncode == 0, done.stderr
+        data = load(tmp_path, "e.json")
+        assert more or data["result"]["lowest"] < 0
+        verdicts.append(data["verdict"])
+    free, *known = verdicts
+    assert free["word"] == "doubtful" and "mm below the base: --lowest 0 keeps" in free["text"]
+    assert all("below the base" not in verdict["text"] for verdict in known)
+
+
 def test_an_excitation_keeps_clear_of_a_table_and_of_the_objects_of_the_cell(run_kr5, tmp_path, believed):
     (tmp_path / "zones.yaml").write_text(
         "keep_out:\n- {name: table, kind: box, T_B_O: [0.9, 0, 0.1, 0, 0, 0], size: [0.6, 1.2, 0.2]}\n"

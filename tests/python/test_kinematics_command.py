@@ -90,7 +90,9 @@ def test_an_arm_that_is_as_its_cell_says_is_told_so_without_rows_of_nothing(tmp_
     done = run_kr5(*words, "-o", "arm.json")
     assert done.returncode == 0, done.stderr
     assert "Good: The arm is as its cell says" in done.stdout
-    assert not re.search(r"^ joint\d", done.stdout, re.MULTILINE)  # base and reflector, which no cell states, are listed
+    assert not re.search(
+        r"^ joint\d", done.stdout, re.MULTILINE
+    )  # base and reflector, which no cell states, are listed
     assert run_kr5("report", "arm.json", "-o", "page.html").returncode == 0
     page = (tmp_path / "page.html").read_text()
     assert "The arm is as its cell says" in page and "not listed" in page

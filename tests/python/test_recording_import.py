@@ -592,6 +592,14 @@ def test_a_recording_that_is_there_is_not_written_over(bring_in, tmp_path):
     )
 
 
+def test_a_map_that_is_not_there_is_named_with_the_command_that_makes_one(run_kr5, log, tmp_path):
+    write_csv(tmp_path / "log.csv", log)
+    for words in (("recording", "import", "log.csv", "-o", "out"), ("identify", "dynamics", "log.csv")):
+        done = run_kr5(*words, "--map", "none.yaml")
+        assert done.returncode == 2 and "none.yaml: No such file" in done.stderr
+        assert "expected a map of columns (kr5-map/1); `kr5 recording guess LOG" in done.stderr
+
+
 def test_a_guessed_map_brings_the_log_in(run_kr5, share, log, truth, tmp_path):
     write_csv(tmp_path / "log.csv", log)
     done = run_kr5("recording", "guess", "log.csv", "--cell", share / "cells" / "kr5_arc.yaml", "-o", "map.yaml")

@@ -218,13 +218,16 @@ class Map:
     words: EntryWords = IN_MAP
 
 
+EXPECTED = "a map of columns (kr5-map/1); `kr5 recording guess LOG --cell CELL -o MAP.yaml` proposes one"
+
+
 def load_map(file: Path, shown: str | None = None) -> Map:
     """Reads a map and checks its form; ends with an error that names field, what was found and what was expected.
     `shown`: what errors name in place of a map that no user wrote, whose entries are given with --set."""
     import kr5.cell
 
-    text, folder = read_text(file), file.parent
-    document = parse_yaml(text, file)
+    text, folder = read_text(file, EXPECTED), file.parent
+    document = parse_yaml(text, file, EXPECTED)
     if shown is not None:
         file, text = Path(shown), ""
     entry = validate_document(document, MapFile, file, text)

@@ -391,7 +391,8 @@ def _use_measured(
             " position, ...), without which no motion can be simulated",
         )
     columns["qc"] = {"from": "measured", "unit": "rad"}
-    out.because(where, "qc", "measured", why)
+    used = "are taken for measured positions" if q is None else "not used; the measured positions drive the simulation"
+    out.because(where, "commands", used, why)
 
 
 def _note_others(found: FoundFamilies, columns: Mapping[str, object], out: GuessedMap, where: str) -> None:

@@ -18,7 +18,7 @@ from kr5_tools.targets.sightings import Sightings, load_target
 def read_dataset(folder: Path, description: Path | None) -> Any:
     """The data set in a folder."""
     if not folder.is_dir():
-        raise kr5.FileError(folder, "no such folder; expected one with images and robot poses")
+        raise kr5.FileError(folder, "no such file or folder; expected images and robot poses, or pairs of poses")
     if not any(folder.iterdir()):
         raise kr5.FileError(folder, "the folder is empty; expected images and robot poses")
     file = description or folder / "dataset.yaml"

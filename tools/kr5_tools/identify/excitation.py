@@ -124,6 +124,8 @@ def excitation(
     if not found.fit.usable:
         fail(found.fit.message)
     keys = _keys(found, believed, every, str(options.criterion) == "condition_unscaled")
+    if lowest is None and (warning := _below_base(found, believed, options.keep_out)):
+        keys["verdict"] = {"word": "doubtful", "text": f"{warning}; {keys['verdict']['text']}"}
     keys["input"] = {"arm": str(arm), "joints": joints, "seed": options.seed, "options": options.to_dict()}
     _show(found, keys, console(json_file))
     if csv:
@@ -223,6 +225,20 @@ def _keys(
             "qd": shown.qd,
         },
     }
+
+
+def _below_base(
+    found: kr5.identification.Excitation, believed: kr5.cell.Cell, zones: list[identification.KeepOut]
+) -> str:
+    """A warning of a motion below the base of an arm that stands on it, of which no floor is known."""
+    stands = believed.robot.gravity[2] < 0
+    has_floor = any(str(zone.kind) == "floor" for zone in zones)
+    if found.lowest >= 0 or has_floor or not stands:
+        return ""
+    return (
+        f"flange or tool goes {-1e3 * found.lowest:.0f} mm below the base: --lowest 0 keeps the motion above it, and a"
+        " smaller number states a lower floor"
+    )
 
 
 def _show(found: kr5.identification.Excitation, keys: dict[str, Any], out: Console) -> None:

@@ -126,9 +126,12 @@ class ProtocolFile(Document):
         return experiments
 
 
+EXPECTED = "a protocol of experiments (kr5-protocol/1)"
+
+
 def load_protocol(file: Path, cell: kr5.cell.Cell, seed: int) -> list[Any]:
     """Experiments of a protocol with their given columns. Ends with an error that names file and experiment."""
-    protocol = read_document(file, ProtocolFile)
+    protocol = read_document(file, ProtocolFile, EXPECTED)
     return [
         _experiment(Path(file), entry, cell, protocol.home, [seed, i], i)
         for i, entry in enumerate(protocol.experiments)
@@ -137,7 +140,7 @@ def load_protocol(file: Path, cell: kr5.cell.Cell, seed: int) -> list[Any]:
 
 def load_on_tool(file: Path) -> float:
     """Known weight that hangs on the tool in all experiments of a protocol [kg]."""
-    return read_document(file, ProtocolFile).load
+    return read_document(file, ProtocolFile, EXPECTED).load
 
 
 def _experiment(

@@ -8,12 +8,12 @@ from kr5.files.documents import read_document
 from kr5.files.result_types import ResultData
 
 from kr5_tools.pages.tables_page import write_tables_page
-from kr5_tools.simulation.protocol_file import KINDS, ExperimentEntry, ProtocolFile
+from kr5_tools.simulation.protocol_file import EXPECTED, KINDS, ExperimentEntry, ProtocolFile
 
 
 def write_page(source: Path, output: Path, png: Path | None) -> list[Path]:
     """Writes the page; a protocol has no plots."""
-    protocol = read_document(source, ProtocolFile)
+    protocol = read_document(source, ProtocolFile, EXPECTED)
     columns = ["experiment", "kind", "split", "signal", "parameters"]
     rows = [experiment_row(entry) for entry in protocol.experiments]
     texts = [experiment_text(entry) for entry in protocol.experiments if entry.given is None]
