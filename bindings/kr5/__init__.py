@@ -9,6 +9,7 @@ import pkgutil
 from pathlib import Path
 
 from ._errors import Caution, Errors, FileError, Implausible
+from ._functions import as_python_functions as _as_python_functions
 from ._kr5 import *  # noqa: F403
 from ._kr5 import __version__
 from ._points import points_from_columns, points_from_rows
@@ -20,6 +21,8 @@ _MODULES = sorted(module.name for module in pkgutil.iter_modules([_FOLDER]) if n
 
 for _name in _MODULES:
     globals().pop(_name, None)  # of the extension; __getattr__ imports the Python module of that name
+
+_as_python_functions(globals())
 
 
 def __getattr__(name: str):

@@ -1,6 +1,10 @@
 """What results show of themselves at the prompt and in a notebook."""
 
+import importlib
 import inspect
+import pickle
+import pkgutil
+import pydoc
 import re
 import sys
 from html.parser import HTMLParser
@@ -191,3 +195,33 @@ def test_a_pose_with_its_uncertainty():
     values, std = kr5.xyzrpy_with_std(kr5.to_pose([1, 2, 3, 0, 0, np.pi / 2]), np.diag([1, 4, 9, 1e-4, 4e-4, 9e-4]))
     assert np.allclose(values, [1, 2, 3, 0, 0, np.pi / 2])
     assert np.allclose(std, [2, 1, 3, 1e-2, 2e-2, 3e-2], rtol=1e-5)
+
+
+def public_functions():
+    for info in pkgutil.iter_modules(kr5.__path__):
+        if not info.name.startswith("_"):
+            module = importlib.import_module(f"kr5.{info.name}")
+            yield from ((module, name) for name, item in vars(module).items() if is_public_function(name, item))
+    yield from ((kr5, name) for name, item in vars(kr5).items() if is_public_function(name, item))
+
+
+def is_public_function(name, item):
+    return not name.startswith("_") and inspect.isroutine(item)
+
+
+def test_help_and_inspect_tell_the_arguments_of_functions():
+    count = 0
+    for module, name in public_functions():
+        function = getattr(module, name)
+        assert "pybind11" not in pydoc.render_doc(function), (module, name)
+        inspect.signature(function)
+        count += 1
+    assert count > 300
+    shown = inspect.signature(kr5.gap.diagnose)
+    assert list(shown.parameters) == ["recording", "simulator", "options", "progress"]
+    assert str(shown.parameters["options"]) == "options=DiagnoseOptions()"
+    help_text = pydoc.plain(pydoc.render_doc(calibration.calibrate_hand_eye))
+    assert "function calibrate_hand_eye in module kr5.calibration" in help_text
+    assert pickle.loads(pickle.dumps(kr5.to_pose)) is kr5.to_pose
+    with pytest.raises(TypeError, match="to_pose"):
+        kr5.to_pose("nothing", 3)

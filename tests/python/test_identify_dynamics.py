@@ -6,6 +6,7 @@ import kr5.cell
 import kr5.io
 import numpy as np
 import pytest
+import yaml
 
 from kr5_tools.identify.dynamics_page import torque_plot
 from kr5_tools.pages.plot_style import plt
@@ -39,6 +40,22 @@ def test_a_recording_gives_52_base_parameters_and_predicts_what_was_left_out(tmp
     shown = run_kr5("report", "dynamics.json", "-o", "again.html", "--png", "plots")
     assert shown.returncode == 0, shown.stderr
     assert (tmp_path / "plots/torque_6.png").exists()
+
+
+def test_the_data_choose_whether_torques_are_smoothed(tmp_path, share, run_kr5):
+    """The dry friction of the shipped log is as its truth says, without an option; smoothing rounds off its steps."""
+    truth = yaml.safe_load((share / "data/arm_log/truth.yaml").read_text())
+    true = truth["coulomb_friction"]["joint3"]["coulomb"]
+    words = ["identify", "dynamics", share / "data/arm_log/joint_states.csv", "--cell", share / "data/arm_log/arm.urdf"]
+    found = {}
+    for options in ((), ("--smooth-torques",), ("--no-smooth-torques",)):
+        done = run_kr5(*words, *options, "-o", "dynamics.json")
+        assert done.returncode == 0 and ("fitted as logged" in done.stderr) == (not options), done.stderr
+        figures = json.loads((tmp_path / "dynamics.json").read_text())["figures"]
+        found[options] = next((f["value"], f["std"]) for f in figures if f["name"] == "fc3")
+    value, std = found[()]
+    assert abs(value - true) < 3 * std < 0.1 and found[()] == found["--no-smooth-torques",]
+    assert abs(found["--smooth-torques",][0] - true) > 0.3
 
 
 def test_a_measured_torque_is_seen_behind_the_one_that_the_model_predicts():

@@ -4,20 +4,20 @@ from pathlib import Path
 from typing import Any, cast
 
 from kr5.files.result_types import ResultData
-from rich.console import Console
 
 
-def write_plots(data: dict[str, Any], folder: Path | None, to: Console) -> None:
-    """Writes every plot that the result has the data for, as `kr5 report --png` does, where a folder is wanted."""
+def write_plots(data: dict[str, Any], folder: Path | None) -> list[Path]:
+    """Writes every plot that the result has the data for, as `kr5 report --png` does, where a folder is wanted; returns
+    the files."""
     if folder is None:
-        return
+        return []
     from kr5_tools.calibrate.plots import plots_of
     from kr5_tools.pages.plot_style import STYLE, plt
     from kr5_tools.pages.rendering import write_png
 
     with plt.rc_context(STYLE):
         drawn = plots_of(cast(ResultData, data))
-        for file in write_png(drawn, folder):
-            to.print(f"plot: {file}", soft_wrap=True)
+        files = write_png(drawn, folder)
         for plot in drawn:
             plt.close(plot.figure)
+    return files

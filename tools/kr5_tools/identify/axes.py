@@ -114,7 +114,8 @@ def axes(
     out = console(json_file)
     _show(result.axes, keys, out)
     data = write_result(output, "kr5-axes/1", **keys)
-    write_plots(data, png, out)
+    for file in write_plots(data, png):
+        out.print(f"plot: {file}", soft_wrap=True)
     write_json(data, json_file)
 
 

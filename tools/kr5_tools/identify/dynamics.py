@@ -18,11 +18,12 @@ from kr5_tools.cli.arm_file import BaseOption, TipOption, arm_file
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.table_options import ColumnsOption, EpisodesOption
 from kr5_tools.cli.tables import figure_row, make_table, print_result
-from kr5_tools.cli.terminal import Console, console, fail, spinner
+from kr5_tools.cli.terminal import Console, console, fail, print_note, spinner
 from kr5_tools.identify.dynamics_errors import error_rows
 from kr5_tools.identify.dynamics_parts import SHOWN_SAMPLES, Part, condition_parts
 from kr5_tools.identify.identified_cell import expected_bodies, write_identified_cell
 from kr5_tools.identify.motion_logs import MotionLogs, conditioning_of, log_and_terms_options, read_motions
+from kr5_tools.identify.torque_smoothing import choose_smoothing
 
 app = typer.Typer()
 DOUBTFUL_CONDITION = 1000.0
@@ -40,6 +41,7 @@ def dynamics(
             help=f"Folder of a recording (recording.yaml); or a log ({LOG_FORMATS}), with --cell or --map.",
         ),
     ],
+    context: typer.Context,
     options: identification.DynamicsOptions,
     log: identification.ConditioningOptions,
     terms: identification.JointTerms,
@@ -85,10 +87,16 @@ def dynamics(
     options.validate()
     check_writable(output, page, write_cell, json_file, inputs=[source, cell, map_file])
     motions = read_motions(source, arm_file(cell, base, tip), map_file, held_out, columns, episodes)
-    fit, check = condition_parts(motions, conditioning_of(log, motions.cell))
+    conditioning = conditioning_of(log, motions.cell)
     model = arm_model(motions.cell, [terms] * motions.cell.robot.joints)
     options.held_out = 0.0
     options.prior_bodies = expected_bodies(motions.cell)
+    if not _is_stated(context, "smooth_torques"):
+        with spinner("Comparing torques as logged and smoothed"):
+            told = choose_smoothing(motions, conditioning, model)
+        if told:
+            print_note(told)
+    fit, check = condition_parts(motions, conditioning)
     with spinner("Identifying the dynamics"):
         result = identification.identify_dynamics(merged_motion([p.motion for p in fit.parts]), model, options)
     if not result.fit.usable:
@@ -103,6 +111,12 @@ def dynamics(
     if write_cell:
         write_identified_cell(motions.cell, merged_motion([p.motion for p in fit.parts]), result, options, write_cell)
     write_json(data, json_file)
+
+
+def _is_stated(context: typer.Context, option: str) -> bool:
+    """Whether an option was given on the command line."""
+    source = context.get_parameter_source(option)
+    return source is not None and source.name == "COMMANDLINE"
 
 
 def _judged(result: kr5.identification.DynamicsResult, part: Part) -> tuple[dict[str, Any], dict[str, Any]]:

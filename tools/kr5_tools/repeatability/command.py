@@ -96,7 +96,8 @@ def repeatability(
     out = console(json_file)
     _show(result, keys, out)
     data = write_result(output, "kr5-repeatability/1", **keys)
-    write_plots(data, png, out)
+    for file in write_plots(data, png):
+        out.print(f"plot: {file}", soft_wrap=True)
     write_json(data, json_file)
 
 
