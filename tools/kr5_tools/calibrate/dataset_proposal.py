@@ -59,7 +59,7 @@ class Proposal:
 
 def read_or_propose(
     folder: Path, description: Path | None, target: str | None, camera: Path | None, mount: str | None
-) -> calibration.Dataset:
+) -> Any:
     """The data set in a folder; without a description it is proposed, and what is taken is told. `target`, `camera`,
     `mount`: what is known.
 

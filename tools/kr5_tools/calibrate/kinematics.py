@@ -174,8 +174,8 @@ def calibrate_kinematics(
     written = write_result(None, "kr5-kinematics/1", **keys)
     write_if_usable(written, result.fit, output, json_file)
     exports.write(written, out)
-    for file in write_plots(written, png):
-        out.print(f"plot: {file}", soft_wrap=True)
+    for plot in write_plots(written, png):
+        out.print(f"plot: {plot}", soft_wrap=True)
     if write_cell and result.fit.usable:
         write_cell_file(refined_cell(believed, result, recording is not None, bool(views)), write_cell)
 

@@ -3,7 +3,7 @@
 import numpy as np
 from kr5.files.result_types import ResultData
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullLocator
+from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
 from kr5_tools.pages.plot_style import BLUE, GREY, RED, WIDE, WIDTH, plt
 
@@ -33,7 +33,7 @@ def posture_errors(data: ResultData) -> Figure | None:
     axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axes.xaxis.set_major_formatter("{x:g}")
     axes.xaxis.set_minor_locator(NullLocator())
-    axes.yaxis.get_major_locator().set_params(integer=True)
+    axes.yaxis.set_major_locator(MaxNLocator(integer=True))
     axes.legend(fontsize=9)
     return figure
 

@@ -66,7 +66,7 @@ def draw_pellets(
     handles = []
     for key, label in LABELS.items():
         count = sum(f == key or (key == "other" and f not in COLOURS) for f in finding)
-        style = {"color": COLOURS.get(key, GREY), "linestyle": DASHES.get(key, "-"), "linewidth": 2}
+        style: dict[str, Any] = {"color": COLOURS.get(key, GREY), "linestyle": DASHES.get(key, "-"), "linewidth": 2}
         if count:
             handles += axes.plot([], [], label=f"{label}: {count}", **style)
     axes.figure.legend(handles=[*handles, *more], loc="outside lower center", ncols=2, fontsize=8.5)
@@ -83,9 +83,9 @@ def _draw_heights(axes: Axes, local: np.ndarray, size: np.ndarray) -> None:
     extent = (-wide, wide, -deep, deep)
     seen = heights[np.isfinite(heights)]
     top = float(np.percentile(seen, 100 - WALLS)) if seen.size else 1.0
-    limits = {"vmin": min(0.0, top - 1), "vmax": top}
     axes.set_facecolor(UNSEEN)
-    image = axes.imshow(heights.T, origin="lower", extent=extent, cmap=HEIGHTS, interpolation="nearest", **limits)
+    image = axes.imshow(heights.T, origin="lower", extent=extent, cmap=HEIGHTS, interpolation="nearest")
+    image.set_clim(min(0.0, top - 1), top)
     axes.grid(False)
     label = "height above the floor [mm]"
     axes.figure.colorbar(image, ax=axes, label=label, shrink=0.8, extend="max" if (seen > top).any() else "neither")
