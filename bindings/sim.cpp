@@ -185,8 +185,8 @@ static void bind_insertion(py::module_& m) {
       py::arg("cell"), py::arg("setup") = InsertionSetup{}, py::arg("options") = py::none(),
       py::call_guard<py::gil_scoped_release>(),
       "Inserts pegs in the simulated cell. The tube stands where it is believed unless `setup.offset` says otherwise; "
-      "`kr5 insert` draws the offset from its seed. An insertion that fails is an outcome, with phase and reason; exceptions "
-      "name the field of an invalid setup or option, or the missing part of the cell.");
+      "`kr5 insert` draws the offset from its seed. An insertion that fails is an outcome, with phase and reason; "
+      "exceptions name the field of an invalid setup or option, or the missing part of the cell.");
 }
 
 /// Progress for Python, which hears Ctrl-C meanwhile also without a callback.
