@@ -1,13 +1,17 @@
+#include <algorithm>
+#include <utility>
 
 #include <catch2/catch.hpp>
 
 #include <Eigen/Cholesky>
 #include <kr5/core/error.hpp>
 #include <kr5/core/random.hpp>
+#include <kr5/fit/pipeline/second_minimum.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 #include <kr5/vision/marker_map.hpp>
 #include <kr5/vision/render.hpp>
 #include <support/coverage.hpp>
+#include <support/rates.hpp>
 #include <support/trials.hpp>
 
 namespace marker_map_test {
@@ -159,9 +163,43 @@ TEST_CASE("an image in which a marker had moved is named and has no part, and so
       if (result.view_outlier[k]) (result.views[k] == "3" ? named : falsely) += 1;
     CHECK(result.sigma_pixel == Approx(0.2).epsilon(0.4));
   }
-  CAPTURE(trials);
-  CHECK(named >= trials - trials / 20);
-  CHECK(falsely == 0);
+  test::check_rate(named, trials, 0.95, 0.8);
+  test::check_rare(falsely, trials, 0.0, 0.02);
+}
+
+TEST_CASE("of five images the one in which a marker had moved is named, too", "[statistics]") {
+  const int trials = test::trials(300, 40);
+  Random random(14);
+  int named = 0, falsely = 0;
+  for (int i = 0; i < trials; ++i) {
+    auto images = frontal(truth(), 0.5, 0.5, 0.2, random);
+    images.pop_back();
+    images[3].tags[2].corners.colwise() += Eigen::Vector2d(4.0, -3.0);
+    const auto result = estimate_marker_map(images, lens, {.size = 0.05});
+    INFO(result.fit.message);
+    REQUIRE(result.fit.usable());
+    for (std::size_t k = 0; k < result.views.size(); ++k)
+      if (result.view_outlier[k]) (result.views[k] == "3" ? named : falsely) += 1;
+  }
+  test::check_rate(named, trials, 0.95, 0.8);
+  test::check_rare(falsely, trials, 0.0, 0.02);
+}
+
+TEST_CASE("sound images are not named, whether there are few or their noise is stated too small", "[statistics]") {
+  const int trials = test::trials(200, 16);
+  Random random(13);
+  for (const auto& [count, stated] : {std::pair(4, 0.0), std::pair(10, 0.0), std::pair(10, 0.05), std::pair(4, 0.05)}) {
+    int falsely = 0;
+    for (int i = 0; i < trials; ++i) {
+      auto images = frontal(truth(), 0.5, 0.5, 0.2, random);
+      for (MarkerSighting& more : frontal(truth(), 0.5, 0.5, 0.2, random)) images.push_back(std::move(more));
+      images.resize(static_cast<std::size_t>(count));
+      const auto result = estimate_marker_map(images, lens, {.size = 0.05, .sigma_pixel = stated});
+      falsely += std::count(result.view_outlier.begin(), result.view_outlier.end(), true) > 0;
+    }
+    CAPTURE(count, stated);
+    test::check_rare(falsely, trials, 0.01, 0.04);
+  }
 }
 
 TEST_CASE("of a map seen from far off and from the front the second minimum is told, and one that is undecided refused",
@@ -179,16 +217,15 @@ TEST_CASE("of a map seen from far off and from the front the second minimum is t
     for (std::size_t k = 1; k < 5; ++k) {
       const Vector6 d = pose_difference(result.target.map[k].T_target_marker, map.map[k].T_target_marker);
       const Matrix6& C = result.covariance[k];
-      if (d.dot(C.ldlt().solve(d)) > 60) {
+      if (d.dot(C.ldlt().solve(d)) > uncertainty::chi_square_quantile(0.9999, 6)) {
         ++wrong;
         break;
       }
     }
   }
-  CAPTURE(told, refused, wrong, trials);
-  CHECK(told > trials * 3 / 4);
-  CHECK(refused > trials / 10);
-  CHECK(wrong <= trials / 5);
+  test::check_rate(told, trials, 0.75, 0.5);
+  test::check_rate(refused, trials, 0.1, 0.01);
+  test::check_rare(wrong, trials, fit::pipeline::undecided, 0.06);
 }
 
 TEST_CASE("images that do not connect the markers are refused with the islands named") {

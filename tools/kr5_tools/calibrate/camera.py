@@ -25,7 +25,7 @@ from kr5_tools.targets.sightings import Sightings, check_target_size, find_in_im
 app = typer.Typer()
 LENSES = Literal["auto", "none", "k1", "k1k2", "brown4", "brown5", "radial6", "rational8"]
 PARAMETERS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
-UNCERTAIN_CAUSES = ("uncertain", "noisy_corners", "coverage", "few_views", "views_lost")
+UNCERTAIN_CAUSES = ("second_minimum", "uncertain", "noisy_corners", "coverage", "few_views", "views_lost")
 REMEDIES = {
     "mirrored": "The image is mirrored: switch off mirroring in the camera driver.",
     "wrong_size": "Count the inner corners (squares less one), rows first, and correct --target.",
@@ -60,6 +60,8 @@ def camera(
     check_target_size(f"--target {target}", wanted.size or max(m.size for m in wanted.map))
     if model != "auto":
         options.lens = model
+    if str(options.method) == "visp" and model not in ("auto", "none", "k1"):
+        fail(f"--model: found {model}, expected none or k1 with --method visp, which has no other lens model")
     options.validate()
     files = _files(images)
     check_writable(output, json_file, write_cell, *exports.files, inputs=[*files, target, cell_file])

@@ -271,6 +271,11 @@ def _verdict(result: calibration.CellCalibrationResult, held_out: dict[str, floa
             objections.append("the joint calibration predicts them worse: hold what is known, or take more views")
     if outliers := [v.name for v in result.views if v.outlier]:
         objections.append(f"left out because they contradict the others: {', '.join(outliers)}")
+    if other := result.second:
+        objections.append(
+            f"another pose of the camera, {1e3 * other.position:.1f} mm and {np.degrees(other.rotation):.1f} deg away,"
+            f" explains the views with {other.cost_ratio:.2f} times the squared residuals"
+        )
     return {"word": "doubtful" if objections else "good", "text": "; ".join([text, *objections])}
 
 

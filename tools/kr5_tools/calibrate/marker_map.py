@@ -158,7 +158,7 @@ def _verdict(result: kr5.vision.MarkerMapResult, views: list[dict[str, Any]]) ->
             "word": "doubtful",
             "text": f"{text} Take more images, from more directions, with several markers in each.",
         }
-    return {"word": "good", "text": text}
+    return {"word": "doubtful" if result.second else "good", "text": text}
 
 
 def _show(result: kr5.vision.MarkerMapResult, data: dict[str, Any], out: Console) -> None:

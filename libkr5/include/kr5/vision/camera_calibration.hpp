@@ -37,8 +37,8 @@ struct CameraOptions {
 
   static void each_field(auto& self, auto&& visit) {
     visit("method", self.method,
-          "Method: kr5 | visp (ViSP's vpCalibration, lens none or k1, all views; uncertainty and findings are those of "
-          "kr5 at its camera).");
+          "Method: kr5 | visp (ViSP's vpCalibration: least squares over all views whose points are in order, lens none "
+          "or k1; uncertainty and findings are computed at its camera as in kr5).");
     visit("lens", self.lens,
           "Lens model: none | k1 | k1k2 | brown4 | brown5 | radial6 | rational8; by default chosen by held-out views.");
     visit("square_pixels", self.square_pixels, "Square pixels, fx = fy; by default chosen by held-out views.");
@@ -79,8 +79,10 @@ struct CameraOptions {
 ///    `dispersion`: the `correlation` of points that err together, or by how much views disagree more than their noise
 ///    allows (the lens is not quite of the model), whichever is more; the test of 3. is scaled by it too.
 ///
-/// `CameraMethod::Visp` has the camera of ViSP's vpCalibration in place of 1. to 4.; a failure of ViSP is
-/// `FitStatus::Degenerate` with its message.
+/// `CameraMethod::Visp` has the camera of ViSP's vpCalibration in place of 2. to 4.: least squares without weights,
+/// over all views that 1. explains by a pose. 5. is computed there, without weights, too. Views are not left out for
+/// what they say, and no second minimum is looked for. A failure of ViSP is `FitStatus::Degenerate` with its message
+/// and with findings. Options that ViSP does not have are refused.
 ///
 /// Data that cannot determine the camera give `fit.status == FitStatus::Degenerate` and the reason in `findings`: fewer
 /// than three views (of flat targets; one suffices for a spatial one), all views alike or all parallel to the image.

@@ -71,8 +71,9 @@ struct MarkerMapResult {
     visit("views", self.views, "Names of the images used.");
     visit("T_target_camera", self.T_target_camera, "Pose of the camera in the map for each of them.");
     visit("view_rms_px", self.view_rms_px, "RMS distance of seen and predicted corners in each of them [px].");
-    visit("view_outlier", self.view_outlier,
-          "Contradiction of each of them to the others by more than three times the noise; it has no part in the map.");
+    visit(
+        "view_outlier", self.view_outlier,
+        "Contradiction of each of them to the others by more than three times their noise; it has no part in the map.");
     visit("rms_px", self.rms_px, "RMS distance of seen and predicted corners over all images that have a part [px].");
     visit("sigma_pixel", self.sigma_pixel, "Standard deviation of a corner per axis, given or estimated [px].");
     visit(

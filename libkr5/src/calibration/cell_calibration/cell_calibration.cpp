@@ -12,6 +12,7 @@
 #include <kr5/uncertainty/confidence.hpp>
 
 #include "calibration/cell_calibration/cell_estimation.hpp"
+#include "calibration/hand_eye/second_pose.hpp"
 #include "calibration/parameters/parameter_report.hpp"
 #include "calibration/scanner/scanner_start.hpp"
 
@@ -157,7 +158,7 @@ CellCalibrationResult calibrate_cell(std::span<const CellStop> stops, const Cell
   out.start = calibrate_hand_eye(views, believed.camera, hand_eye_options(options));
   out.views = out.start.views;
   out.fit = out.start.fit;
-  if (!out.start.fit.usable()) return out;
+  if (!out.start.fit.usable() && !hand_eye::only_undecided(out.start)) return out;
   CellEstimation estimation{.input = {stops, believed, options, {}},
                             .start = out.start,
                             .weights = std::vector<double>(stops.size(), 1.0),
@@ -175,6 +176,11 @@ CellCalibrationResult calibrate_cell(std::span<const CellStop> stops, const Cell
   const auto rival = fit::pipeline::run(estimation);
   write_cell_result(estimation, out);
   out.views = estimation.judged.views;
+  for (std::size_t i = 0; i < out.views.size(); ++i) {
+    if (out.views[i].weight == 0 && !out.views[i].outlier) continue;  // it gives no pose of the target
+    out.views[i].outlier = estimation.weights[i] == 0;
+    out.views[i].weight = estimation.weights[i];
+  }
   if (rival)
     out.second = fit::pipeline::second_minimum(out.T_mount_camera, rival->at.T_mount_camera, rival->best_cost,
                                                rival->cost, out.covariance_dof);

@@ -17,4 +17,7 @@ namespace kr5::calibration::hand_eye {
 void judge_second(const fit::pipeline::Rival<RobustStart>& rival, double dof, const std::string& data,
                   HandEyeResult& out);
 
+/// Whether a second pose is all that speaks against a result.
+bool only_undecided(const HandEyeResult& result);
+
 }  // namespace kr5::calibration::hand_eye

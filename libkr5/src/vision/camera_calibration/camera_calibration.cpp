@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <string>
+#include <utility>
 
 #include <Eigen/Cholesky>
 
@@ -38,6 +40,12 @@ Eigen::MatrixXd covariance_of(const RobustAdjustment& fit, const std::vector<Vie
   return half * half.transpose();
 }
 
+/// Between the normal of a flat target and the optical axis [rad].
+double tilt_of(const CameraProblem& problem, const Pose& T_camera_target) {
+  const Eigen::Vector3d normal = T_camera_target.linear() * problem.plane.basis.col(2);
+  return problem.plane.flat ? std::acos(std::min(std::abs(normal.z()), 1.0)) : 0.0;
+}
+
 void report_view(const CameraProblem& problem, const RobustAdjustment& fit, const ViewEquations& equations,
                  const Eigen::MatrixXd& covariance, const CameraState& state, std::size_t i, CameraViewReport& report) {
   const Pose& T = report.T_camera_target = state.poses[i];
@@ -51,8 +59,7 @@ void report_view(const CameraProblem& problem, const RobustAdjustment& fit, cons
   }
   report.rms_px = std::sqrt(report.residuals.colwise().squaredNorm().mean());
   report.noise_px = noise_of(report.residuals, true, 6);
-  const Eigen::Vector3d normal = T.linear() * problem.plane.basis.col(2);
-  report.tilt = problem.plane.flat ? std::acos(std::min(std::abs(normal.z()), 1.0)) : 0.0;
+  report.tilt = tilt_of(problem, T);
   report.weights = huber_weights(report.residuals, report.noise_px);
   report.weight = 0;
   if (!fit.weights[i].size()) return;
@@ -119,25 +126,35 @@ CameraModel choose_model(const CameraProblem& problem, const RobustAdjustment& r
   return chosen;
 }
 
-/// ViSP's camera, judged by our equations there; false when it has none.
-bool calibrate_by_visp(const CameraProblem& problem, const CameraStart& start, const CameraOptions& options,
-                       CameraCalibration& result) {
+/// Poses of the targets as they are guessed, by which findings tell why there is no camera.
+void report_guess(const CameraProblem& problem, const CameraState& guess, std::vector<CameraViewReport>& reports) {
+  for (std::size_t i = 0; i < reports.size(); ++i) {
+    reports[i].T_camera_target = guess.poses[i];
+    reports[i].tilt = tilt_of(problem, guess.poses[i]);
+  }
+}
+
+/// ViSP's camera, judged by our equations there with the weights of its least squares; why it has none.
+std::string calibrate_by_visp(const CameraProblem& problem, const CameraStart& start, const CameraOptions& options,
+                              CameraCalibration& result) {
   const CameraModel model{options.lens.value_or(LensModel::K1)};
   const CameraByVisp visp = camera_by_visp(problem, start.states.front(), start.sound, model.lens);
   if (!visp.failure.empty()) {
-    result.fit.message = visp.failure;
-    return false;
+    report_guess(problem, start.states.front(), result.views);
+    return visp.failure;
   }
-  const RobustAdjustment fit = adjust_robustly(problem, model, visp.state, start.sound, options.robust, 0);
+  constexpr bool robust = false;
+  const RobustAdjustment fit = adjust_robustly(problem, model, visp.state, start.sound, robust, 0);
   report_fit(problem, model, fit, start.sound, options.correlation, result);
   if (result.fit.usable()) result.fit.status = FitStatus::Converged;
-  return true;
+  return {};
 }
 
-/// By the pipeline; what it says of a second minimum.
+/// By the pipeline; what it says of a second minimum, which is found under the reference model and told under it.
 std::optional<SecondCamera> calibrate_robustly(const CameraProblem& problem, CameraStages& stages,
                                                const CameraOptions& options, CameraCalibration& result) {
   const auto rival = fit::pipeline::run(stages);
+  const CameraState best = stages.place();
   stages.name_outliers();
   const std::vector<bool> used = stages.used();
   const CameraModel model = choose_model(problem, *stages.fit, used, options, result);
@@ -147,14 +164,28 @@ std::optional<SecondCamera> calibrate_robustly(const CameraProblem& problem, Cam
   report_fit(problem, model, *stages.fit, used, options.correlation, result);
   result.fit.initial_rms = stages.fit->sigma > 0 ? stages.initial_rms / stages.fit->sigma : 0;
   if (!rival || !result.fit.usable()) return std::nullopt;
-  return stages.second(*rival, std::max(result.dispersion, options.correlation));
+  return stages.second(best, *rival, std::max(result.dispersion, options.correlation));
+}
+
+/// Refuses what ViSP would ignore.
+void require_visp_has(const CameraOptions& options) {
+  require(!options.lens || *options.lens == LensModel::None || *options.lens == LensModel::K1,
+          "lens must be none or k1 with the method visp, which has no other");
+  const CameraOptions usual;
+  const std::pair<bool, const char*> set[] = {{options.square_pixels.has_value(), "square_pixels"},
+                                              {options.bent_target.has_value(), "bent_target"},
+                                              {options.reject_views != usual.reject_views, "reject_views"},
+                                              {options.false_alarm != usual.false_alarm, "false_alarm"},
+                                              {options.folds != usual.folds, "folds"},
+                                              {options.max_iterations != usual.max_iterations, "max_iterations"}};
+  for (const auto& [given, field] : set)
+    require(!given, std::string(field) + ": the method visp has no such choice; leave it as it is by default");
 }
 
 }  // namespace
 
 void CameraOptions::validate() const {
-  require(method != CameraMethod::Visp || !lens || *lens == LensModel::None || *lens == LensModel::K1,
-          "lens must be none or k1 with the method visp, which has no other");
+  if (method == CameraMethod::Visp) require_visp_has(*this);
   require(false_alarm > 0 && false_alarm < 0.5, "false_alarm must lie between 0 and 0.5 [-]");
   require(std::isfinite(correlation) && correlation >= 1, "correlation must be at least 1 [-]");
   require(folds == 0 || folds >= 2, "folds must be 0 or at least 2");
@@ -172,14 +203,16 @@ CameraCalibration calibrate_camera(std::span<const View> views, int width, int h
   CameraStages stages(problem, options, start, result.views);
   std::optional<SecondCamera> second;
   std::vector<bool> used = start.sound;
+  std::string failure;
   if (options.method == CameraMethod::Visp) {
-    if (stages.any() && !calibrate_by_visp(problem, start, options, result)) return result;
+    if (stages.any()) failure = calibrate_by_visp(problem, start, options, result);
   } else if (stages.any()) {
     second = calibrate_robustly(problem, stages, options, result);
     used = stages.used();
   }
   result.coverage = coverage_of(views, result.views, width, height);
   add_findings(used, problem.plane, second, result);
+  if (!failure.empty()) result.fit.message = failure + "; " + result.fit.message;
   return result;
 }
 

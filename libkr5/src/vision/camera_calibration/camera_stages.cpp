@@ -175,9 +175,9 @@ void CameraStages::name_outliers() {
   find_noise();
 }
 
-std::optional<SecondCamera> CameraStages::second(const fit::pipeline::Rival<CameraState>& rival,
+std::optional<SecondCamera> CameraStages::second(const CameraState& best,
+                                                 const fit::pipeline::Rival<CameraState>& rival,
                                                  double dispersion) const {
-  const CameraState best = place();
   if (same_focal(best, rival.at)) return std::nullopt;
   std::size_t view = 0;
   const auto turn = [&](std::size_t i) { return pose_difference(best.poses[i], rival.at.poses[i]).tail<3>().norm(); };

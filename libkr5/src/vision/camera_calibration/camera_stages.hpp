@@ -48,9 +48,10 @@ class CameraStages {
   /// Views that contradict the others are told; unless they are to be rejected, they take part in the fit.
   void name_outliers();
   std::vector<bool> used() const;
-  /// Empty where the rival is too much worse, or another pose of a target under the same camera. `dispersion`: of the
-  /// views, by which the costs are too great.
-  std::optional<SecondCamera> second(const fit::pipeline::Rival<CameraState>& rival, double dispersion) const;
+  /// Empty where the rival is too much worse, or another pose of a target under the same camera. `best`: the place
+  /// where the pipeline ended, of the same model; `dispersion`: of the views, by which the costs are too great.
+  std::optional<SecondCamera> second(const CameraState& best, const fit::pipeline::Rival<CameraState>& rival,
+                                     double dispersion) const;
 
   std::vector<double> weights;  ///< Of views.
   std::optional<RobustAdjustment> fit;

@@ -14,8 +14,8 @@ struct IndexedSighting {
   Eigen::Matrix<double, 2, 4> corners;
 };
 
-/// A position in a list.
-inline std::size_t at(int i) { return static_cast<std::size_t>(i); }
+/// A position in a list of markers or images.
+inline std::size_t list_index(int i) { return static_cast<std::size_t>(i); }
 
 struct MapProblem {
   const Pinhole& camera;

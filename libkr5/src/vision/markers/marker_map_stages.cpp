@@ -19,24 +19,25 @@
 namespace kr5::vision {
 namespace {
 
-constexpr double noise_spread = 3.0;  // the corners of an image that miss by so many times the noise do so for a reason
-constexpr double robust_scale = 2.0;  // scale of the robust loss, in standard deviations
+constexpr double max_noise_ratio = 3.0;   // corners of an image that miss by more than that do so for a reason
+constexpr double robust_scale = 2.0;      // scale of the robust loss, in standard deviations
 constexpr double min_sigma_pixel = 1e-6;  // [px]
 
 }  // namespace
 
-MapFit::MapFit(const MapProblem& p, const MapState& start, const std::vector<double>& weights) : seen(at(p.images)) {
+MapFit::MapFit(const MapProblem& p, const MapState& start, const std::vector<double>& weights)
+    : seen(list_index(p.images)) {
   const fit::FitBlock camera = fit.add_camera("camera", p.camera);
   fit.hold(camera);
   for (const Pose& T : start.T_map_marker)
     markers.push_back(fit.add_pose("marker" + std::to_string(markers.size()), T));
-  fit.hold(markers[at(p.reference)]);
+  fit.hold(markers[list_index(p.reference)]);
   for (const Pose& T : start.T_camera_map)
     images.push_back(fit.add_nuisance_pose("image" + std::to_string(images.size()), T));
   for (const IndexedSighting& s : p.sightings) {
-    const fit::PoseChain chain = fit::PoseChain().then(images[at(s.image)]).then(markers[at(s.marker)]);
-    seen[at(s.image)].push_back(fit.add(fit::PixelMeasurement(chain, camera, p.square, s.corners, 1.0)));
-    fit.set_weight(seen[at(s.image)].back(), weights[at(s.image)]);
+    const fit::PoseChain chain = fit::PoseChain().then(images[list_index(s.image)]).then(markers[list_index(s.marker)]);
+    seen[list_index(s.image)].push_back(fit.add(fit::PixelMeasurement(chain, camera, p.square, s.corners, 1.0)));
+    fit.set_weight(seen[list_index(s.image)].back(), weights[list_index(s.image)]);
   }
 }
 
@@ -48,7 +49,7 @@ MapState MapFit::state() const {
 }
 
 MapStages::MapStages(const MapProblem& problem, std::vector<MapState> starts, const MarkerMapOptions& options)
-    : weights(at(problem.images), 1.0), problem_(problem), starts_(std::move(starts)), options_(options) {
+    : weights(list_index(problem.images), 1.0), problem_(problem), starts_(std::move(starts)), options_(options) {
   if (options.sigma_pixel > 0) sigma = options.sigma_pixel;
 }
 
@@ -67,23 +68,29 @@ double MapStages::dof() const {
   return out;
 }
 
-/// The images where the map puts them: an image that began in its other pose would not come back by itself.
+/// The images where the map puts them, if better: one that began in its other pose would not come back by itself.
 MapState MapStages::images_again(const std::vector<bool>& which) const {
   MapState out = map->state();
-  for (std::size_t i = 0; i < which.size(); ++i)
-    if (which[i])
-      if (const auto T = camera_in_map(problem_, out, static_cast<int>(i))) out.T_camera_map[i] = T->T_camera_points;
+  for (std::size_t i = 0; i < which.size(); ++i) {
+    if (!which[i]) continue;
+    const auto again = camera_in_map(problem_, out, static_cast<int>(i));
+    const double corners = 4.0 * static_cast<double>(map->seen[i].size());
+    if (again && again->rms_px * again->rms_px * corners < squares_of(i)) out.T_camera_map[i] = again->T_camera_points;
+  }
+  return out;
+}
+
+double MapStages::squares_of(std::size_t image) const {
+  double out = 0;
+  for (const fit::FitMeasurement corners : map->seen[image]) out += map->fit.residuals(corners).squaredNorm();
   return out;
 }
 
 /// Root of the mean square of the residuals of each image [px].
 std::vector<double> MapStages::rms_of_images() const {
   std::vector<double> out;
-  for (const auto& image : map->seen) {
-    double squares = 0;
-    for (const fit::FitMeasurement corners : image) squares += map->fit.residuals(corners).squaredNorm();
-    out.push_back(std::sqrt(squares / (8.0 * static_cast<double>(image.size()))));
-  }
+  for (std::size_t i = 0; i < map->seen.size(); ++i)
+    out.push_back(std::sqrt(squares_of(i) / (8.0 * static_cast<double>(map->seen[i].size()))));
   return out;
 }
 
@@ -93,17 +100,22 @@ void MapStages::begin(const MapState& from) {
   weights.assign(weights.size(), 1.0);
   map.emplace(problem_, from, weights);
   for (int round = 0; round < 2; ++round) {
-    if (options_.sigma_pixel == 0) sigma = std::max(median(rms_of_images()), min_sigma_pixel);
-    iterations += solve(*map, robust_scale * sigma).fit.iterations;
+    iterations += solve(*map, robust_scale * usual_noise(rms_of_images())).fit.iterations;
     map.emplace(problem_, images_again(all), weights);
   }
   const std::vector<double> rms = rms_of_images();
-  if (options_.sigma_pixel == 0) sigma = std::max(median(rms), min_sigma_pixel);
+  const double noise = usual_noise(rms);
+  if (options_.sigma_pixel == 0) sigma = noise;
   std::vector<std::size_t> order(rms.size());
   std::iota(order.begin(), order.end(), 0);
   std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return rms[a] < rms[b]; });
   for (std::size_t k = order.size(); k-- > fewest();)
-    if (rms[order[k]] > noise_spread * sigma && !needed(order[k])) weights[order[k]] = 0.0;
+    if (rms[order[k]] > max_noise_ratio * noise && !needed(order[k])) weights[order[k]] = 0.0;
+}
+
+/// That of most images; not less than what is given.
+double MapStages::usual_noise(const std::vector<double>& rms) const {
+  return std::max({median(rms), options_.sigma_pixel, min_sigma_pixel});
 }
 
 void MapStages::find_noise() {
@@ -122,23 +134,28 @@ bool MapStages::needed(std::size_t image) const {
     before = known.size();
     std::vector<bool> joined(weights.size(), false);
     for (const IndexedSighting& s : problem_.sightings)
-      if (weights[at(s.image)] > 0 && at(s.image) != image && known.contains(s.marker)) joined[at(s.image)] = true;
+      if (weights[list_index(s.image)] > 0 && list_index(s.image) != image && known.contains(s.marker))
+        joined[list_index(s.image)] = true;
     for (const IndexedSighting& s : problem_.sightings)
-      if (joined[at(s.image)]) known.insert(s.marker);
+      if (joined[list_index(s.image)]) known.insert(s.marker);
   }
-  return known.size() < at(problem_.markers);
+  return known.size() < list_index(problem_.markers);
 }
 
-/// Of each image being sound. Images differ in their noise, so that a small one among many is no contradiction.
+/// Of each image being sound. Images differ in their noise, and a given one may be too small: an image is no outlier
+/// that misses by less than `max_noise_ratio` times the noise of the others.
 std::vector<double> MapStages::probabilities() const {
   const double freedom = options_.sigma_pixel > 0 ? uncertainty::known_noise : std::max(dof(), 1.0);
   std::vector<double> out;
   for (std::size_t i = 0; i < weights.size(); ++i) {
     const bool used = weights[i] > 0;
     const fit::Agreement agreement = result.agreement(map->fit, map->seen[i]);
-    const double squared = agreement.squared_distance / (sigma * sigma);
-    const bool sound = squared < noise_spread * noise_spread * agreement.dof || (used && needed(i));
-    out.push_back(sound ? 1.0 : fit::pipeline::sound_probability(squared, agreement.dof, used, freedom));
+    const double squared = agreement.squared_distance, rows = agreement.dof;
+    const double squares_of_others = std::max(result.cost - (used ? squared : 0.0), 0.0),
+                 variance_of_others = squares_of_others / std::max(dof() - (used ? rows : 0.0), 1.0);
+    const double noise = std::max(variance_of_others, options_.sigma_pixel * options_.sigma_pixel);
+    const bool sound = squared < max_noise_ratio * max_noise_ratio * noise * rows || (used && needed(i));
+    out.push_back(sound ? 1.0 : fit::pipeline::sound_probability(squared / (sigma * sigma), rows, used, freedom));
   }
   return out;
 }

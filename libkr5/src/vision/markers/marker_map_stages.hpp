@@ -53,7 +53,9 @@ class MapStages {
  private:
   fit::Solution solve(MapFit& fit, double loss) const;
   MapState images_again(const std::vector<bool>& which) const;
+  double squares_of(std::size_t image) const;  ///< [px^2]
   std::vector<double> rms_of_images() const;
+  double usual_noise(const std::vector<double>& rms_of_images) const;
   bool needed(std::size_t image) const;
 
   const MapProblem& problem_;

@@ -16,7 +16,7 @@ using Solutions = std::vector<Resection>;
 
 constexpr double near_map = 4.0;    // ratio of squares up to which another pose is a start, too
 constexpr double other_turn = 0.1;  // beyond what noise turns the pose of a single marker [rad]
-constexpr std::size_t most_alternatives = 3;
+constexpr std::size_t max_alternatives = 3;
 
 /// Pose of the map in an image from the known markers in it.
 std::optional<Resection> camera_from(const MapProblem& p, const MapState& state, const std::vector<bool>& known,
@@ -24,10 +24,10 @@ std::optional<Resection> camera_from(const MapProblem& p, const MapState& state,
   Eigen::Matrix3Xd points(3, 0);
   Eigen::Matrix2Xd pixels(2, 0);
   for (const IndexedSighting& s : p.sightings)
-    if (s.image == image && known[at(s.marker)]) {
+    if (s.image == image && known[list_index(s.marker)]) {
       points.conservativeResize(3, points.cols() + 4);
       pixels.conservativeResize(2, pixels.cols() + 4);
-      points.rightCols<4>() = state.T_map_marker[at(s.marker)] * p.square;
+      points.rightCols<4>() = state.T_map_marker[list_index(s.marker)] * p.square;
       pixels.rightCols<4>() = s.corners;
     }
   if (points.cols() == 0) return std::nullopt;
@@ -50,10 +50,11 @@ struct Starter {
   std::vector<bool> known;  ///< By marker.
   std::vector<Alternative> alternatives = {};
 
-  explicit Starter(const MapProblem& problem) : p(problem), known(at(problem.markers), false) {
+  explicit Starter(const MapProblem& problem) : p(problem), known(list_index(problem.markers), false) {
     for (const IndexedSighting& s : p.sightings) seen.push_back(resect(p.square, s.corners, p.camera));
-    state = {std::vector<Pose>(at(p.markers), Pose::Identity()), std::vector<Pose>(at(p.images), Pose::Identity())};
-    known[at(p.reference)] = true;
+    state = {std::vector<Pose>(list_index(p.markers), Pose::Identity()),
+             std::vector<Pose>(list_index(p.images), Pose::Identity())};
+    known[list_index(p.reference)] = true;
   }
 
   /// Pose of the map in an image from every known marker in it.
@@ -61,23 +62,23 @@ struct Starter {
 
   /// How well `marker` at T fits all images whose pose can be had from it and the known ones [px^2].
   double misfit(int marker, const Pose& T) {
-    const Pose before = state.T_map_marker[at(marker)];
-    state.T_map_marker[at(marker)] = T;
-    known[at(marker)] = true;
+    const Pose before = state.T_map_marker[list_index(marker)];
+    state.T_map_marker[list_index(marker)] = T;
+    known[list_index(marker)] = true;
     double sum = 0;
     for (const IndexedSighting& s : p.sightings) {
       if (s.marker != marker || known_in(s.image) < 2) continue;
       const auto pose = camera(s.image);
       sum += pose ? pose->rms_px * pose->rms_px : 1e6;
     }
-    known[at(marker)] = false;
-    state.T_map_marker[at(marker)] = before;
+    known[list_index(marker)] = false;
+    state.T_map_marker[list_index(marker)] = before;
     return sum;
   }
 
   int known_in(int image) const {
     int count = 0;
-    for (const IndexedSighting& s : p.sightings) count += s.image == image && known[at(s.marker)];
+    for (const IndexedSighting& s : p.sightings) count += s.image == image && known[list_index(s.marker)];
     return count;
   }
 
@@ -88,10 +89,11 @@ struct Starter {
       if (p.sightings[i].marker != marker) continue;
       for (std::size_t j = 0; j < p.sightings.size() && all.size() < 24; ++j) {
         const IndexedSighting& other = p.sightings[j];
-        if (other.image != p.sightings[i].image || !known[at(other.marker)]) continue;
+        if (other.image != p.sightings[i].image || !known[list_index(other.marker)]) continue;
         for (const Resection& a : seen[i])
           for (const Resection& b : seen[j])
-            all.push_back(state.T_map_marker[at(other.marker)] * b.T_camera_points.inverse() * a.T_camera_points);
+            all.push_back(state.T_map_marker[list_index(other.marker)] * b.T_camera_points.inverse() *
+                          a.T_camera_points);
       }
     }
     return all;
@@ -101,7 +103,7 @@ struct Starter {
   int next() const {
     std::map<int, int> links;
     for (const IndexedSighting& s : p.sightings)
-      if (!known[at(s.marker)]) links[s.marker] += known_in(s.image);
+      if (!known[list_index(s.marker)]) links[s.marker] += known_in(s.image);
     int best = -1, most = 0;
     for (const auto& [marker, count] : links)
       if (count > most) best = marker, most = count;
@@ -127,8 +129,8 @@ struct Starter {
   void grow(const Alternative* instead = nullptr) {
     for (int marker = next(); marker >= 0; marker = next()) {
       const bool given = instead && instead->marker == marker;
-      state.T_map_marker[at(marker)] = given ? instead->T_map_marker : place(marker);
-      known[at(marker)] = true;
+      state.T_map_marker[list_index(marker)] = given ? instead->T_map_marker : place(marker);
+      known[list_index(marker)] = true;
     }
   }
 
@@ -138,7 +140,7 @@ struct Starter {
     for (int i = 0; i < p.images; ++i) {
       const auto pose = camera(i);
       if (!pose) return std::numeric_limits<double>::infinity();
-      state.T_camera_map[at(i)] = pose->T_camera_points;
+      state.T_camera_map[list_index(i)] = pose->T_camera_points;
       sum += pose->rms_px * pose->rms_px;
     }
     return sum;
@@ -174,7 +176,7 @@ std::vector<MapState> start_maps(const MapProblem& p) {
   add(mirrored);
   std::stable_sort(first.alternatives.begin(), first.alternatives.end(),
                    [](const Alternative& a, const Alternative& b) { return a.ratio < b.ratio; });
-  for (std::size_t k = 0; k < std::min(first.alternatives.size(), most_alternatives); ++k) {
+  for (std::size_t k = 0; k < std::min(first.alternatives.size(), max_alternatives); ++k) {
     Starter other(p);
     other.grow(&first.alternatives[k]);
     add(other);
