@@ -266,9 +266,9 @@ TEST_CASE("of boards so far off that another focal length explains them nearly a
     wrong += std::abs(result.camera.fx - c.fx) > 4 * std::sqrt(result.covariance(0, 0));
   }
   CAPTURE(told, usable, wrong, n);
-  CHECK(usable > n / 2);
-  CHECK(told > usable / 2);
-  CHECK(wrong <= 1);
+  check_rate(usable, n, 0.5, 0.3);
+  check_rate(told, usable, 0.5, 0.3);
+  check_rare(wrong, usable, fit::pipeline::undecided, 0.06);
 }
 
 TEST_CASE("one view of a spatial target suffices") {

@@ -87,8 +87,9 @@ struct MarkerMapResult {
 
 /// Map of all markers of one family by joint adjustment of marker and camera poses on the pixels. Markers that no chain
 /// of images connects to the reference make the status Degenerate, with the islands named; so do images without two
-/// markers, and two maps that explain the images alike, as of distant markers seen from the front. Images that
-/// contradict the others have no part. Of markers with equal ids in one image none is used there.
+/// markers, and two maps that explain the images alike, as of distant markers seen from the front; a second map that is
+/// near, too, where the rotation of a marker is known to no better than 0.05 rad. Images that contradict the others
+/// have no part. Of markers with equal ids in one image none is used there.
 /// @throws InvalidArgument for a bad camera or option, a reference that is nowhere seen, markers of two families.
 MarkerMapResult estimate_marker_map(std::span<const MarkerSighting> images, const Pinhole& camera,
                                     const MarkerMapOptions& options);

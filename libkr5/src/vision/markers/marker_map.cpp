@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <map>
+#include <numbers>
 #include <set>
 
 #include <kr5/core/error.hpp>
@@ -13,6 +15,9 @@
 
 namespace kr5::vision {
 namespace {
+
+constexpr double max_turn_beside_second = 0.05;  // standard deviation of the rotation of a marker [rad]
+constexpr auto remedy = "take images from nearer, tilted by 20 to 45 degrees in several directions";
 
 /// Sightings by id, those that occur once in their image.
 std::vector<std::map<int, Eigen::Matrix<double, 2, 4>>> unique_tags(std::span<const MarkerSighting> images,
@@ -102,6 +107,19 @@ void write_map(const MapProblem& p, const MapStages& stages, const std::vector<i
   }
 }
 
+/// Refuses a map with a second one beside it where a marker turns so freely that cost and covariance, which are those
+/// of small errors, do not tell which is right: markers seen from far off and nearly from the front.
+void refuse_unsteady(MarkerMapResult& result) {
+  double turn = 0;
+  for (const Matrix6& C : result.covariance) turn = std::max(turn, std::sqrt(C.bottomRightCorner<3, 3>().trace()));
+  if (turn < max_turn_beside_second || !result.fit.usable()) return;
+  char text[80];
+  std::snprintf(text, sizeof text, "are near each other, and rotations are known to %.1f deg only; ",
+                180 / std::numbers::pi * turn);
+  result.fit.status = FitStatus::Degenerate;
+  result.fit.message = "two poses of marker " + std::to_string(result.second_marker) + " " + text + remedy;
+}
+
 /// Tells another map that is near the result in its cost, by the marker that turns most, and refuses both where they
 /// cannot be told apart.
 void judge_rival(const MapStages& stages, const fit::pipeline::Rival<MapState>& rival, MarkerMapResult& result) {
@@ -114,9 +132,10 @@ void judge_rival(const MapStages& stages, const fit::pipeline::Rival<MapState>& 
   result.second = fit::pipeline::second_minimum(result.target.map[most].T_target_marker, rival.at.T_map_marker[most],
                                                 rival.best_cost, rival.cost, std::max(stages.dof(), 1.0));
   if (result.second) result.second_marker = result.target.map[most].id;
-  fit::pipeline::refuse_undecided(
-      result.second, "two poses of marker " + std::to_string(result.second_marker) + " explain the images",
-      "take images from nearer, tilted by 20 to 45 degrees in several directions", result.fit);
+  fit::pipeline::refuse_undecided(result.second,
+                                  "two poses of marker " + std::to_string(result.second_marker) + " explain the images",
+                                  remedy, result.fit);
+  if (result.second) refuse_unsteady(result);
 }
 
 }  // namespace
