@@ -130,6 +130,23 @@ std::string found_commands_text(const LogProblem& problem) {
   }
 }
 
+/// What was found where the numbers of a load cannot be those of one.
+std::string found_readings_text(const LogProblem& problem) {
+  switch (problem.kind) {
+    case LogProblemKind::Constant:
+      return "the same value in every row (" + printed("%g", problem.found) + " in " + problem.columns.front() + ")";
+    case LogProblemKind::Copy:
+      return "the load of joint " + std::to_string(problem.other + 1) + ", or a multiple of it, in every row";
+    case LogProblemKind::Unsigned:
+      return "values of one sign only, where the simulation has both";
+    case LogProblemKind::Wrapped:
+      return "negative values as large numbers, " + printed("%.6g", problem.found) + " too large";
+    default:
+      return "a value that stays at its extreme from " + printed("%.3f", problem.found) + " to " +
+             printed("%.3f", problem.found_to) + " s while the arm moves";
+  }
+}
+
 }  // namespace
 
 std::string columns_text(const LogProblem& problem) {
@@ -168,16 +185,11 @@ std::string found_text(const LogProblem& problem, const cell::Cell& cell) {
     case LogProblemKind::RowsApart:
       return "a row every " + printed("%.3g", problem.found) + " s";
     case LogProblemKind::Constant:
-      return "the same value in every row (" + printed("%g", problem.found) + " in " + problem.columns.front() + ")";
     case LogProblemKind::Copy:
-      return "the load of joint " + std::to_string(problem.other + 1) + ", or a multiple of it, in every row";
     case LogProblemKind::Unsigned:
-      return "values of one sign only, where the simulation has both";
     case LogProblemKind::Wrapped:
-      return "negative values as large numbers, " + printed("%.6g", problem.found) + " too large";
     case LogProblemKind::Saturated:
-      return "a value that stays at its extreme from " + printed("%.3f", problem.found) + " to " +
-             printed("%.3f", problem.found_to) + " s while the arm moves";
+      return found_readings_text(problem);
     case LogProblemKind::Order:
     case LogProblemKind::Convention:
       return "loads that do not fit the motion";

@@ -19,7 +19,7 @@ from kr5_tools.calibrate.dynamics_plots import (
 )
 from kr5_tools.calibrate.kinematics_plots import parameter_changes, posture_errors, posture_spread, posture_value
 from kr5_tools.calibrate.laser_plots import cloud_plot, profile_errors, study_plot
-from kr5_tools.calibrate.repeatability_plots import distance_histogram, return_order, return_scatter
+from kr5_tools.calibrate.repeatability_plots import distance_histogram, return_order, return_spread
 from kr5_tools.calibrate.residual_plots import (
     coverage_plot,
     residual_cloud,
@@ -344,7 +344,7 @@ CATALOGUE: list[tuple[str, str, Callable[[ResultData], Figure | None], bool, str
     (
         "returns",
         "Scatter of the returns",
-        return_scatter,
+        return_spread,
         True,
         "Measured positions less the barycentre of their point; the circle is RP.",
     ),

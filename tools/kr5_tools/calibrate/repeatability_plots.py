@@ -16,7 +16,7 @@ def _returns(data: ResultData) -> list[dict[str, Any]]:
     return [r for r in data.get("returns", ()) if len(r.get("deviation", ())) == 3]
 
 
-def return_scatter(data: ResultData) -> Figure | None:
+def return_spread(data: ResultData) -> Figure | None:
     """Deviations of each point in two planes, with the circle of its RP."""
     returns = _returns(data)
     points = data.get("result", {}).get("points", [])[:MOST_POINTS]

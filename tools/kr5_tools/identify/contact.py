@@ -21,7 +21,7 @@ from kr5_tools.cli.options import options_from
 from kr5_tools.cli.table_options import ColumnsOption, EpisodeOption, LengthUnit, tell_notes
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import console, fail, spinner
-from kr5_tools.identify.axis_logs import (
+from kr5_tools.identify.sensor_logs import (
     believed_cell,
     experiments_of,
     is_recording,

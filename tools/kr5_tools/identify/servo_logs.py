@@ -7,7 +7,7 @@ import kr5.identification
 import numpy as np
 from kr5 import identification
 
-from kr5_tools.identify.axis_logs import (
+from kr5_tools.identify.sensor_logs import (
     experiments_of,
     joined_runs,
 )
