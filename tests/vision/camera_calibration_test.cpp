@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 
 #include <kr5/core/error.hpp>
+#include <kr5/fit/pipeline/second_minimum.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 #include <kr5/vision/camera_calibration.hpp>
 #include <kr5/vision/find_target.hpp>

@@ -167,6 +167,8 @@ struct CellCalibrationResult {
 /// calibrate_scanner finds.
 ///
 /// Data that cannot determine the answer give `fit.status == FitStatus::Degenerate` and the reason in `fit.message`.
+/// Two poses of the camera that calibrate_hand_eye cannot tell apart are no such reason: the calibration begins at
+/// both.
 /// @throws InvalidArgument for what calibrate_hand_eye and calibrate_scanner refuse, joint values that do not fit the
 /// arm, points of markers that are not listed, unknown names in `hold`, or invalid options.
 CellCalibrationResult calibrate_cell(std::span<const CellStop> stops, const CellGeometry& believed,
