@@ -292,16 +292,33 @@ TEST_CASE("a stop that contradicts the others is named and has no part") {
 }
 
 TEST_CASE("a cell begins at the second pose of its camera, too, and ends at the better one") {
-  const HandEyeWorld world =
-      test::make_hand_eye_world({.views = 6, .rows = 4, .cols = 4, .square = 0.004, .sigma_pixel = 1.0, .seed = 103});
-  CellCalibrationOptions options;
-  options.hold = {"camera"};
-  const CellCalibrationResult r = calibrate_cell(stops_of(world), {.camera = world.camera}, options);
-  REQUIRE(r.start.fit.usable());
-  REQUIRE(r.start.second);
-  CHECK(r.fit.usable());
-  const Vector6 error = pose_difference(r.T_mount_camera, world.T_mount_camera);
-  CHECK(error.dot(r.covariance.ldlt().solve(error)) < uncertainty::chi_square_quantile(0.9999, 6));
+  const auto calibrate = [](int views, std::uint64_t seed, HandEyeWorld& world) {
+    world = test::make_hand_eye_world(
+        {.views = views, .rows = 4, .cols = 4, .square = 0.003, .sigma_pixel = 1.2, .tilt = 0.3, .seed = seed});
+    CellCalibrationOptions options;
+    options.hold = {"camera"};
+    CellCalibrationResult r = calibrate_cell(stops_of(world), {.camera = world.camera}, options);
+    REQUIRE(r.start.second);
+    CHECK_FALSE(r.start.fit.usable());
+    return r;
+  };
+  HandEyeWorld world;
+  SECTION("usable where both lead to one result") {
+    const CellCalibrationResult r = calibrate(6, 18, world);
+    REQUIRE(r.fit.usable());
+    const Vector6 error = pose_difference(r.T_mount_camera, world.T_mount_camera);
+    CHECK(error.dot(r.covariance.ldlt().solve(error)) < uncertainty::chi_square_quantile(0.9999, 6));
+  }
+  SECTION("with both told where it cannot tell them apart, either") {
+    const CellCalibrationResult r = calibrate(5, 117, world);
+    CHECK_FALSE(r.fit.usable());
+    REQUIRE(r.second);
+    const Vector6 error = pose_difference(r.T_mount_camera, world.T_mount_camera);  // hand-eye begins at the wrong one
+    CHECK(error.dot(r.covariance.ldlt().solve(error)) < uncertainty::chi_square_quantile(0.9999, 6));
+    CHECK(pose_difference(r.start.T_mount_camera, world.T_mount_camera).tail<3>().norm() > 1);
+    CHECK(r.second->rotation > 1);
+    CHECK_THAT(r.fit.message, Catch::Contains("two poses of the camera"));
+  }
 }
 
 TEST_CASE("a wrist that turns about one axis is refused, and wrong input is named") {
