@@ -209,6 +209,9 @@ void InsertionSetup::validate() const {
                                     {stiffness_error, "stiffness_error"},
                                     {servo_error, "servo_error"},
                                     {friction_error, "friction_error"},
+                                    {cycle_jitter, "cycle_jitter"},
+                                    {grip_force, "grip_force"},
+                                    {grip_torque, "grip_torque"},
                                     {lateral_stiffness, "lateral_stiffness"}})
     require(value >= 0 && std::isfinite(value), std::string(name) + ": must not be negative");
   require(angular_stiffness > 0 && std::isfinite(angular_stiffness), "angular_stiffness: must be positive [N m/rad]");
@@ -222,6 +225,7 @@ InsertionResult run_insertion(const cell::Cell& cell, const InsertionSetup& setu
                               const force::InsertionOptions& options) {
   setup.validate();
   check_parts(cell);
+  require(setup.cycle_jitter < cell.servo->cycle, "cycle_jitter: must be less than servo.cycle of the cell [s]");
   return Task(cell, setup, options).run();
 }
 

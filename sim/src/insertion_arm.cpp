@@ -24,10 +24,13 @@ Grip grip_of(const cell::Cell& cell, const InsertionSetup& setup, const Pose& T_
   const force::GripModel believed = believed_grip(cell, setup);
   Random random(setup.seed * 2 + 3);
   const double factor = setup.noise ? std::max(1 + random.normal(setup.stiffness_error), 0.1) : 1.0;
+  const auto limit = [](double value) { return value > 0 ? value : std::numeric_limits<double>::infinity(); };
   return {.lateral = factor * believed.lateral,
           .angular = factor * believed.angular,
           .height = believed.height,
-          .gravity = T_actual_base.linear() * cell.robot.gravity};
+          .gravity = T_actual_base.linear() * cell.robot.gravity,
+          .force = limit(setup.grip_force),
+          .torque = limit(setup.grip_torque)};
 }
 
 WristSensorOptions sensor_of(const InsertionSetup& setup) {
@@ -54,6 +57,7 @@ InsertionArm::InsertionArm(const cell::Cell& real, const InsertionSetup& setup)
     : cell_(real),
       setup_(setup),
       random_(setup.seed),
+      jitter_(setup.seed * 2 + 4),
       ik_(real),
       arm_(real),
       peg_(real, grip_of(real, setup, (real.tube->T_base_tube * physics::T_tube_actual(real)).inverse())),
@@ -199,12 +203,13 @@ void InsertionArm::send(const robot::RobotCommand& command) {
     command_ = lead_.q();
   }
   peg_.hold(command.gripper.hold, command.gripper.air);
-  follow_cycle(arm_, before, command_, cycle_, [&](double passed) {
+  const double passes = cycle_ + (setup_.cycle_jitter > 0 ? jitter_.uniform(-1, 1) * setup_.cycle_jitter : 0.0);
+  follow_cycle(arm_, before, command_, passes, [&](double passed) {
     if (setup_.noise) wander_.pass(passed, random_);
     reading_ = arm_.read();
     move_peg(held(), passed);
   });
-  time_ += cycle_;
+  time_ += passes;
 }
 
 robot::RobotReading InsertionArm::read() {

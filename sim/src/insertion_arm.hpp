@@ -62,7 +62,7 @@ class InsertionArm : public robot::Robot {
 
   cell::Cell cell_;
   InsertionSetup setup_;
-  Random random_;
+  Random random_, jitter_;
   IkSolver ik_;
   DrivenArm arm_;
   HeldPeg peg_;

@@ -40,6 +40,7 @@ void slow_down(force::InsertionOptions& options, const cell::Cell& cell) {
   const PathLimits most = path_limits(cell);
   force::InsertionMotion& m = options.motion;
   m.acceleration = std::min(m.acceleration, most.acceleration);
+  m.braking = std::min(m.braking, most.acceleration);
   m.approach_speed = std::min(m.approach_speed, most.speed);
   m.push_speed = std::min(m.push_speed, most.speed);
   const double before = m.contact_speed;
@@ -80,6 +81,8 @@ force::InsertionOptions insertion_options(const cell::Cell& cell, const Insertio
     out.servo_frequency = cell.servo->tool->natural_frequency;
     out.servo_damping = cell.servo->tool->damping_ratio;
   }
+  for (const cell::SecondOrder& joint : cell.servo->joint)
+    out.limits.halting = std::max(out.limits.halting, joint.delay + 2 * joint.damping_ratio / joint.natural_frequency);
   out.insert_by = setup.insert_by;
   out.grip = believed_grip(cell, setup);
   out.motion.depth = std::min(0.6 * cell.peg->length, 0.8 * cell.tube->depth);

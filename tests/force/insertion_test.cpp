@@ -240,6 +240,26 @@ TEST_CASE("a sensor that says the same for ever is dead, and stops the arm in th
   check_stopped(insertion, cell, Reason::SensorDead);
 }
 
+TEST_CASE("what is met on the way down stops the arm within the cycle") {
+  Cell cell({5 * mm, 2 * mm, 0});
+  Insertion insertion = started(book_options(), cell, Phase::Approach);
+  robot::RobotReading reading = cell.read();
+  reading.wrench[2] = 7;
+  CHECK(insertion.step(reading).stop);
+  check_stopped(insertion, cell, Reason::Obstructed);
+}
+
+TEST_CASE("a force that will be beyond its limit when the arm stands stops it before") {
+  Cell cell({5 * mm, 2 * mm, 0});
+  Insertion insertion = started(book_options(), cell, Phase::Roll);
+  robot::RobotReading reading = cell.read();
+  reading.wrench[2] += 50;
+  CHECK_FALSE(insertion.step(reading).stop);
+  reading.T_base_tool.translation().z() -= 0.5 * mm;  // in a cycle: 22 N more by then
+  CHECK(insertion.step(reading).stop);
+  check_stopped(insertion, cell, Reason::Force);
+}
+
 TEST_CASE("every violation stops within the cycle, from any phase, with its name") {
   const Eigen::Vector2d currents(0.5, 2.5);
   struct Case {
@@ -345,6 +365,9 @@ TEST_CASE("options that are no numbers, or of the wrong sign, are refused by nam
     if (!(bad > 0)) refused("grip.angular", [=](auto& o) { o.grip.angular = bad; });
   }
   refused("limits.force", [](auto& o) { o.limits.force = 3; });
+  refused("forces.obstacle", [](auto& o) { o.limits.force = 7; });
+  refused("limits.halting", [](auto& o) { o.limits.halting = -1; });
+  refused("motion.braking", [](auto& o) { o.motion.braking = 0; });
   refused("force", [](auto& o) { o.limits.force = 0; });
   refused("current", [](auto& o) { o.limits.current = Eigen::VectorXd::Zero(6); });
 }

@@ -81,6 +81,22 @@ def play(cell: kr5.cell.Cell, _: kr5.sim.InsertionSetup, rng: np.random.Generato
         cell.set_effect("backlash", f"joint{joint + 1}", "gap", rng.uniform(0, 3e-4))
 
 
+def jitter(cell: kr5.cell.Cell, setup: kr5.sim.InsertionSetup, rng: np.random.Generator) -> None:
+    """Of each cycle, in which the controller believes that the same time passes."""
+    assert cell.servo is not None
+    setup.cycle_jitter = rng.uniform(0, 0.5) * cell.servo.cycle
+
+
+def wedging(cell: kr5.cell.Cell, setup: kr5.sim.InsertionSetup, rng: np.random.Generator) -> None:
+    """A peg that sits tilted in its grip, and rubs: it meets the bore at two points."""
+    setup.grip_tilt = np.radians(rng.uniform(0.2, 0.6))
+    cell.set_effect("contact_friction", "contact", "friction", rng.uniform(0.35, 0.5))
+
+
+def slipping(_: kr5.cell.Cell, setup: kr5.sim.InsertionSetup, rng: np.random.Generator) -> None:
+    setup.grip_force, setup.grip_torque = rng.uniform(20, 60), rng.uniform(0.5, 2)
+
+
 SINGLE = [
     Difference("servo: frequency, damping, delay off by up to 30 %", servo),
     Difference("force late by 0 to 25 ms", late_force),
@@ -89,15 +105,19 @@ SINGLE = [
     Difference("radii within their tolerance of 0.02 mm, at most a fifth of the clearance", radii),
     Difference("chamfers of 0 to 0.5 mm on peg and tube", chamfers),
     Difference("play in the gears of up to an arc minute", play),
+    Difference("cycles longer or shorter by up to half", jitter),
+    Difference("wedging: friction 0.35 to 0.5, a peg tilted by 0.2 to 0.6 degrees (a standard deviation)", wedging),
+    Difference("peg slips in the grip from 20 to 60 N, turns from 0.5 to 2 N m", slipping),
 ]
 
 
 def everything(cell: kr5.cell.Cell, setup: kr5.sim.InsertionSetup, rng: np.random.Generator) -> None:
     for difference in SINGLE:
-        difference.draw(cell, setup, rng)
+        if difference.draw is not wedging:  # another friction, beyond what is usual
+            difference.draw(cell, setup, rng)
 
 
-DIFFERENCES = [*SINGLE, Difference("all of these together", everything)]
+DIFFERENCES = [*SINGLE, Difference("all of these together but wedging", everything)]
 
 
 def far_off(cell: kr5.cell.Cell, setup: kr5.sim.InsertionSetup, rng: np.random.Generator) -> None:

@@ -22,6 +22,10 @@ REASONS = {
         "no contact at the assumed height of the face of the tube",
         "check tube.T_B_T of the cell, and --offset: the tube must be under the peg",
     ),
+    "obstructed": (
+        "the peg touched something above the assumed face of the tube",
+        "look for what is in the way; check tube.T_B_T of the cell",
+    ),
     "profile_flat": ("the profile of the turn shows no direction to the hole", "tilt the peg more (--tilt 15)"),
     "no_drop": (
         "the peg slid to its limit without dropping into the bore",

@@ -66,6 +66,7 @@ struct GripModel {
 
 struct InsertionForces {
   double touch = 3.0;           ///< [N]
+  double obstacle = 6.0;        ///< [N]
   double roll = 15.0;           ///< [N]
   double slide = 8.0;           ///< [N]
   double push = 15.0;           ///< [N]
@@ -77,6 +78,7 @@ struct InsertionForces {
 
   static void each_field(auto& self, auto&& visit) {
     visit("touch", self.touch, "Force from which contact is detected [N].");
+    visit("obstacle", self.obstacle, "Force from which the approach has met something that should not be there [N].");
     visit("roll", self.roll, "Force held during the turn [N].");
     visit("slide", self.slide, "Force held while the peg slides and is set upright [N].");
     visit("push", self.push, "Force with which the peg is pushed in [N].");
@@ -90,6 +92,7 @@ struct InsertionForces {
 
 struct InsertionMotion {
   double height = 0.002;         ///< [m]
+  double clear_height = 0.05;    ///< [m]
   double approach_speed = 0.04;  ///< [m/s]
   double contact_speed = 0.006;  ///< [m/s]
   double roll_time = 2.5;        ///< [s]
@@ -97,6 +100,7 @@ struct InsertionMotion {
   double upright_speed = 0.50;   ///< [rad/s]
   double push_speed = 0.04;      ///< [m/s]
   double acceleration = 0.3;     ///< [m/s^2]
+  double braking = 0.9;          ///< [m/s^2]
   double turning = 4.0;          ///< [rad/s^2]
   double depth = 0.03;           ///< [m]
   double spiral_radius = 3e-4;   ///< [m]
@@ -105,6 +109,9 @@ struct InsertionMotion {
   static void each_field(auto& self, auto&& visit) {
     visit("height", self.height,
           "Height of the lowest point of the rim above the face at the end of the fast approach [m].");
+    visit("clear_height", self.clear_height,
+          "Height above the face from which on nothing can be in the way; below it the approach is no faster than the "
+          "arm can be stopped [m].");
     visit("approach_speed", self.approach_speed, "Speed of the approach [m/s].");
     visit("contact_speed", self.contact_speed, "Speed of every guarded move [m/s].");
     visit("roll_time", self.roll_time, "Duration of the turn [s].");
@@ -112,6 +119,7 @@ struct InsertionMotion {
     visit("upright_speed", self.upright_speed, "Turning speed at which the tilt is removed [rad/s].");
     visit("push_speed", self.push_speed, "Maximum speed while the peg is pushed in [m/s].");
     visit("acceleration", self.acceleration, "Maximum acceleration [m/s^2].");
+    visit("braking", self.braking, "Maximum deceleration where a peg that is pushed in meets something [m/s^2].");
     visit("turning", self.turning, "Maximum angular acceleration [rad/s^2].");
     visit("depth", self.depth, "Depth below the face to which the peg is inserted [m].");
     visit("spiral_radius", self.spiral_radius, "Radius around a known hole in which an upright peg is tried [m].");
@@ -130,6 +138,7 @@ struct InsertionLimits {
   int attempts = 3;
   double time = 60.0;        ///< [s]
   double dead_after = 0.25;  ///< [s]
+  double halting = 0.05;     ///< [s]
 
   static void each_field(auto& self, auto&& visit) {
     visit("force", self.force, "Force on the peg that stops the arm [N].");
@@ -142,6 +151,8 @@ struct InsertionLimits {
     visit("time", self.time, "Maximum total duration [s].");
     visit("dead_after", self.dead_after,
           "Time after which a sensor with unchanged readings counts as dead; 0: never [s].");
+    visit("halting", self.halting,
+          "Time that the arm takes to stand after a stop, by which the speed of the approach is limited [s].");
   }
 };
 

@@ -51,6 +51,7 @@ enum class Reason {
   PegTooWide,    ///< By the radii it was given.
   UnstableGain,  ///< A gain that the delay of the loop does not bear.
   NoContact,     ///< Nothing was touched where the tube should be.
+  Obstructed,    ///< Something was touched where nothing should be, above the tube.
   ProfileFlat,   ///< No direction in the profile of the turn.
   NoDrop,        ///< Slid as far as allowed and never dropped.
   Blocked,       ///< In the mouth of the bore it went no deeper.
@@ -70,6 +71,7 @@ constexpr auto enum_names(Reason) {
                         {PegTooWide, "peg_too_wide"},
                         {UnstableGain, "unstable_gain"},
                         {NoContact, "no_contact"},
+                        {Obstructed, "obstructed"},
                         {ProfileFlat, "profile_flat"},
                         {NoDrop, "no_drop"},
                         {Blocked, "blocked"},

@@ -181,10 +181,12 @@ void Insertion::Machine::push(const PegReading& reading, const ContactEstimate& 
   Vector6 wrench;
   wrench << now.force, now.moment;
   const Vector6 gives = admittance_twist(wrench, Vector6::Zero(), {f.lateral_gain, f.angular_gain, m.slide_speed, 0.1});
-  feed = now.press() > 0.5 * f.push ? 0.0 : std::min(feed + m.acceleration * options.cycle, m.push_speed);
+  const bool meets = std::max(now.press(), sharp.press()) > met_part * f.push;
+  feed = meets ? 0.0 : std::min(feed + m.acceleration * options.cycle, most_push);
   const double left = std::max(m.depth - state.depth, 0.0);
-  const double most = std::min(m.push_speed, creeping + std::sqrt(m.acceleration * left));
-  drive(gives.head<2>(), std::max(-feed + f.axial_gain * (now.press() - f.push), -most));
+  const double most = std::min(most_push, creeping + std::sqrt(m.acceleration * left));
+  const double along = std::max(-feed + f.axial_gain * (now.press() - f.push), -most);
+  path.drive({gives.x(), gives.y(), along}, meets ? m.braking : m.acceleration);
   path.turn(gives.segment<2>(3), m.turning);
   plan_from_path();
   if (state.depth >= m.depth) return finish_inserted(now);
@@ -196,8 +198,8 @@ void Insertion::Machine::push(const PegReading& reading, const ContactEstimate& 
 void Insertion::Machine::retreat(const ContactEstimate& now) noexcept {
   const InsertionMotion& m = options.motion;
   const double height = tilted_height();
-  path.drive(path.towards({path.p.x(), path.p.y(), height + m.height}, m.approach_speed, m.acceleration),
-             m.acceleration);
+  const double speed = sharp.force.norm() > options.forces.obstacle ? m.contact_speed : careful;
+  path.drive(path.towards({path.p.x(), path.p.y(), height + m.height}, speed, m.acceleration), m.acceleration);
   if (lean.x > 0)
     plan_tilt(0.0, 0.0);
   else

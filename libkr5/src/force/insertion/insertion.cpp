@@ -44,9 +44,10 @@ void InsertionOptions::validate() const {
   require(!hole || hole->allFinite(), "hole: must be finite [m]");
   check_numbers(grip, "grip", {"height", "tilt_uncertainty", "position_uncertainty"}, true);
   check_numbers(forces, "forces", {"angular_gain"});
-  check_numbers(motion, "motion", {"spiral_radius"});
-  check_numbers(limits, "limits", {"face_error", "travel", "dead_after"});
+  check_numbers(motion, "motion", {"clear_height", "spiral_radius"});
+  check_numbers(limits, "limits", {"face_error", "travel", "dead_after", "halting"});
   require(0.8 * limits.force > forces.touch, "limits.force: must be more than 1.25 times forces.touch [N]");
+  require(0.8 * limits.force > forces.obstacle, "limits.force: must be more than 1.25 times forces.obstacle [N]");
   require((limits.current.array() > 0).all(), "limits.current: every limit must be positive [A]");
   require(limits.attempts >= 1, "limits.attempts: must be at least 1");
   safety_limits(*this).validate();

@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace kr5::force {
 namespace {
 
 constexpr int search_iterations = 40;
+constexpr double most_part = 0.8;      // of the limit of force, that a contact may come to
 constexpr double doubtful_part = 0.3;  // of the believed stiffness, as a standard deviation
 
 /// From a force to the arm's answer to it [s].
@@ -38,9 +40,23 @@ SafetyLimits safety_limits(const InsertionOptions& o) {
   return {o.limits.force, o.limits.torque, o.limits.current, o.limits.dead_after, o.cycle};
 }
 
+double guarded_speed(const InsertionOptions& o) {
+  const double room = std::max(most_part * o.limits.force - o.forces.obstacle, 0.0) / o.grip.axial;
+  const double safe = room / (o.limits.halting + 2 * o.cycle);  // until a reading has its answer
+  return std::min(o.motion.approach_speed, std::max(safe, o.motion.contact_speed));
+}
+
+double guarded_push_speed(const InsertionOptions& o) {
+  GuardedMoveOptions push = guarded_move_options(o);
+  push.touch_force = met_part * o.forces.push;
+  push.acceleration = o.motion.braking;
+  push.delay = o.delay + 2 * o.cycle;
+  return std::min(o.motion.push_speed, std::max(push.safe_speed(), o.motion.contact_speed));
+}
+
 GuardedMoveOptions guarded_move_options(const InsertionOptions& o) {
-  return {o.motion.approach_speed, o.motion.contact_speed,      o.motion.acceleration, o.forces.touch,
-          0.8 * o.limits.force,    std::min(o.grip.axial, 1e9), loop_delay(o)};
+  return {guarded_speed(o),           o.motion.contact_speed,      o.motion.acceleration, o.forces.touch,
+          most_part * o.limits.force, std::min(o.grip.axial, 1e9), loop_delay(o)};
 }
 
 Insertion::Machine::Machine(const InsertionOptions& given, const InsertionFrames& given_frames)
@@ -50,7 +66,9 @@ Insertion::Machine::Machine(const InsertionOptions& given, const InsertionFrames
       force_filter(given.cutoff, given.cycle),
       place_filter(given.cutoff, given.cycle),
       descent(guarded_move_options(given)),
-      search(given.bodies, search_iterations, compliance_uncertainty(given)) {
+      search(given.bodies, search_iterations, compliance_uncertainty(given)),
+      careful(guarded_speed(given)),
+      most_push(guarded_push_speed(given)) {
   frames.validate();
   path.cycle = options.cycle;
   restart();
@@ -64,6 +82,7 @@ void Insertion::Machine::restart() noexcept {
   force_filter.reset();
   place_filter.reset();
   descent.reset();
+  last_place.setConstant(std::numeric_limits<double>::quiet_NaN());
   zero.setZero();
   sum.setZero();
   squares.setZero();
@@ -82,6 +101,7 @@ void Insertion::Machine::restart() noexcept {
 
 void Insertion::Machine::enter_phase(Phase phase) noexcept {
   state.phase = phase;
+  begun_height = path.p.z();
   cycles = settled_cycles = 0;
 }
 
@@ -135,9 +155,20 @@ ContactEstimate Insertion::Machine::estimate_contact(const PegReading& reading) 
   return contact_estimate(wrench, place_filter.step(place6));
 }
 
+/// How much the force grows until a stop of now acts: by the speed at which the peg is driven into what it touches.
+double Insertion::Machine::force_to_come(const PegReading& reading) noexcept {
+  const Eigen::Vector3d p = reading.T_tube_peg.translation(), moved = p - last_place;
+  last_place = p;
+  const Eigen::Vector3d force = (reading.wrench - zero).head<3>();
+  if (!moved.allFinite() || force.squaredNorm() == 0) return 0.0;
+  const double speed = std::abs(moved.dot(force.normalized())) / options.cycle;
+  return std::min(speed, options.motion.approach_speed) * 2 * options.cycle * options.grip.axial;
+}
+
 /// What ends everything, whatever the phase.
 void Insertion::Machine::check_limits(const PegReading& reading, const ContactEstimate& now) noexcept {
   const Vector6 raw = reading.wrench - zero;
+  const double coming = force_to_come(reading);
   switch (guard.step(reading.told.sensor, raw, reading.currents(), reading.told.status.saturated)) {
     case Violation::None:
       break;
@@ -152,6 +183,8 @@ void Insertion::Machine::check_limits(const PegReading& reading, const ContactEs
     case Violation::SensorSaturated:
       return stop_for(Reason::SensorSaturated);
   }
+  const double force = raw.head<3>().norm();
+  if (force > options.forces.obstacle && force + coming > options.limits.force) return stop_for(Reason::Force);
   if (!reading.told.status.reachable || !reading.T_tube_peg.matrix().allFinite()) return stop_for(Reason::OutOfReach);
   if (!reading.told.status.gripped && holding) return stop_for(Reason::PegLost);
   if (state.time > options.limits.time) return stop_for(Reason::TimeOut);

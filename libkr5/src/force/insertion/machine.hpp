@@ -16,8 +16,14 @@
 
 namespace kr5::force {
 
+inline constexpr double met_part = 0.5;  // of the force of a push, at which it has met something
+
 SafetyLimits safety_limits(const InsertionOptions& options);
 GuardedMoveOptions guarded_move_options(const InsertionOptions& options);
+/// At which what is met is touched with no more than the limit of force when the arm is stopped at once [m/s].
+double guarded_speed(const InsertionOptions& options);
+/// The same of a push, which gives way to what it meets [m/s].
+double guarded_push_speed(const InsertionOptions& options);
 
 /// What a reading says of the peg, in T.
 struct PegReading {
@@ -59,11 +65,14 @@ struct Insertion::Machine {
   Vector6 zero = Vector6::Zero(), sum = Vector6::Zero(), squares = Vector6::Zero();
   double zero_std = 0.0;                     ///< Of the peg's place in the grip, for what is not known of the zero [m].
   std::optional<Eigen::Vector3d> last_hole;  ///< Of the last success, in T [m].
-  Eigen::Vector2d place = Eigen::Vector2d::Zero();  ///< Where the next attempt touches, in T [m].
-  Eigen::Vector2d begun = Eigen::Vector2d::Zero();  ///< Where a slide or a spiral began.
-  double face = 0.0;                                ///< Believed height of the tube's face [m].
-  double compliance_error = 0.0;                    ///< Of what gives way along the peg, beyond belief [m/N].
-  double toward = 0.0;                              ///< Azimuth of the hole [rad].
+  Eigen::Vector2d place = Eigen::Vector2d::Zero();       ///< Where the next attempt touches, in T [m].
+  Eigen::Vector3d last_place = Eigen::Vector3d::Zero();  ///< Of the peg by the last reading, in T [m].
+  Eigen::Vector2d begun = Eigen::Vector2d::Zero();       ///< Where a slide or a spiral began.
+  double face = 0.0;                                     ///< Believed height of the tube's face [m].
+  double compliance_error = 0.0;                         ///< Of what gives way along the peg, beyond belief [m/N].
+  double careful = 0.0, most_push = 0.0;                 ///< Speeds where something may be met [m/s].
+  double begun_height = 0.0;                             ///< At which this phase began, in T [m].
+  double toward = 0.0;                                   ///< Azimuth of the hole [rad].
   double angle_swept = 0.0, level = 0.0,
          feed = 0.0;                   ///< Of a turn or a spiral; height of a peg that slides; of a push.
   int cycles = 0, settled_cycles = 0;  ///< In this phase; of them, at rest in a row.
@@ -81,6 +90,7 @@ struct Insertion::Machine {
   void stop_for(Reason reason) noexcept;
   /// Ends the attempt: another one from above, or none.
   void end_attempt(Reason reason) noexcept;
+  double force_to_come(const PegReading& reading) noexcept;
   void check_limits(const PegReading& reading, const ContactEstimate& now) noexcept;
   void run_phase(const PegReading& reading, const ContactEstimate& now) noexcept;
   void come_to_rest(const PegReading& reading, const ContactEstimate& now) noexcept;
@@ -111,6 +121,8 @@ struct Insertion::Machine {
   // One function a phase.
   void tare() noexcept;
   void approach() noexcept;
+  void meet() noexcept;
+  double approach_speed() const noexcept;
   void touch(const ContactEstimate& now) noexcept;
   void roll(const ContactEstimate& now) noexcept;
   void locate(const ContactEstimate& now) noexcept;

@@ -79,21 +79,42 @@ void Insertion::Machine::tare() noexcept {
   enter_phase(Phase::Approach);
 }
 
-/// Above the place, tilted. A remembered hole is entered rim first at once, or from above by an upright peg.
+/// Fast where nothing can be in the way, else no faster than the arm can be stopped.
+double Insertion::Machine::approach_speed() const noexcept {
+  const InsertionMotion& m = options.motion;
+  const double clear = std::max(path.p.z() - face - m.clear_height, 0.0);
+  return std::min(m.approach_speed, std::sqrt(careful * careful + 1.2 * m.acceleration * clear));
+}
+
+/// What is met on the way down is the face where a servo other than believed has overshot, or nothing that should be
+/// there.
+void Insertion::Machine::meet() noexcept {
+  const double rim = sharp.peg.z() - options.bodies.peg_radius * std::sin(sharp.tilt);
+  const bool leans = known || std::abs(lean.x - options.tilt) < 2e-3;
+  if (!leans || rim > face + options.motion.height + options.limits.face_error) return stop_for(Reason::Obstructed);
+  descent.reset();
+  enter_phase(Phase::Touch);
+}
+
+/// Above the place, tilted. A remembered hole is entered rim first at once, or from above by an upright peg. Where the
+/// tube was not felt yet, the peg goes down when it is tilted: one that is tilted in a bore wedges.
 void Insertion::Machine::approach() noexcept {
+  if (sharp.force.norm() > options.forces.obstacle) return meet();
   const bool tilted = !known || options.entry == Entry::Tilted;
   Eigen::Vector2d over = place;
   if (known && tilted) over -= 0.7 * capture_offset() * direction();
-  const double height = tilted ? tilted_height() : face + options.motion.height;
+  const double wanted = tilted ? options.tilt : 0.0, height = tilted ? tilted_height() : face + options.motion.height;
   const InsertionMotion& m = options.motion;
-  path.drive(path.towards({over.x(), over.y(), height}, m.approach_speed, m.acceleration), m.acceleration);
   if (lean.x < 1e-3) round.rest_at(toward);
   const double turned = nearest_turn();
-  plan_tilt(lean.towards(tilted ? options.tilt : 0.0, tilting, m.turning, options.cycle),
+  plan_tilt(lean.towards(wanted, tilting, m.turning, options.cycle),
             round.towards(turned, 2 * tilting, 4 * m.turning, options.cycle));
-  const bool there = (path.p - Eigen::Vector3d(over.x(), over.y(), height)).norm() < 2e-4 &&
-                     std::abs(lean.x - (tilted ? options.tilt : 0.0)) < 2e-3 && std::abs(round.x - turned) < 1e-2;
-  if (!there) return;
+  const bool leans = std::abs(lean.x - wanted) < 2e-3 && std::abs(round.x - turned) < 1e-2;
+  const double rim = options.bodies.peg_radius * std::sin(wanted);
+  const double level = leans || known ? height : std::max(height, std::min(begun_height + rim, face + m.clear_height));
+  const Eigen::Vector3d target(over.x(), over.y(), level);
+  path.drive(path.towards(target, approach_speed(), m.acceleration), m.acceleration);
+  if (!leans || (path.p - target).norm() > 2e-4) return;
   descent.reset();
   enter_phase(Phase::Touch);
 }

@@ -40,6 +40,9 @@ struct InsertionSetup {
   double stiffness_error = 0.1;      ///< [-]
   double servo_error = 0.0;          ///< [-]
   double friction_error = 0.0;       ///< [-]
+  double cycle_jitter = 0.0;         ///< [s]
+  double grip_force = 0.0;           ///< [N]
+  double grip_torque = 0.0;          ///< [N m]
   double lateral_stiffness = 0;      ///< [N/m]
   double angular_stiffness = 300.0;  ///< [N m/rad]
   bool noise = true;
@@ -71,6 +74,10 @@ struct InsertionSetup {
           "the insertion [-].");
     visit("friction_error", self.friction_error,
           "Relative standard deviation of the actual friction of peg on tube from that of the cell [-].");
+    visit("cycle_jitter", self.cycle_jitter,
+          "Most by which a cycle is longer or shorter than the insertion believes, evenly distributed [s].");
+    visit("grip_force", self.grip_force, "Force at which the peg slips in the grip; 0: it does not [N].");
+    visit("grip_torque", self.grip_torque, "Torque at which it turns in the grip; 0: it does not [N m].");
     visit("lateral_stiffness", self.lateral_stiffness,
           "Stiffness of the grip across the peg; 0: as contact.stiffness along it [N/m].");
     visit("angular_stiffness", self.angular_stiffness, "Stiffness of the grip against tilting [N m/rad].");
