@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <filesystem>
 #include <utility>
 #include <vector>
+
+#include <pybind11/stl/filesystem.h>
 
 #include <kr5/work/arm_ways.hpp>
 #include <kr5/work/fault_trials.hpp>
@@ -99,12 +102,13 @@ void bind_runner(py::module_& m) {
   py::class_<JobRunner>(
       m, "JobRunner",
       "A program that takes up what a journal says, and goes on cycle by cycle: the cell is read, the "
-      "controller asked, scans and pictures are answered, records are on the disk. InvalidArgument "
-      "for invalid options.")
-      .def(
-          py::init<kr5::sim::WorkCell&, const WorkOptions&, kr5::job::Journal&, const kr5::job::RestartMeasurements&>(),
-          py::arg("cell"), py::arg("options"), py::arg("journal"), py::arg("seen") = kr5::job::RestartMeasurements{},
-          py::keep_alive<1, 2>(), py::keep_alive<1, 4>())
+      "controller asked, scans and pictures are answered, records are on the disk; before "
+      "each record the state of the cell is written to `cell_file`, where one is named. InvalidArgument for invalid "
+      "options.")
+      .def(py::init<kr5::sim::WorkCell&, const WorkOptions&, kr5::job::Journal&, const kr5::job::RestartMeasurements&,
+                    const std::filesystem::path&>(),
+           py::arg("cell"), py::arg("options"), py::arg("journal"), py::arg("seen") = kr5::job::RestartMeasurements{},
+           py::arg("cell_file") = "", py::keep_alive<1, 2>(), py::keep_alive<1, 4>())
       .def_property_readonly(
           "decision", [](const JobRunner& self) { return self.decision(); }, "Where the job goes on, or why it cannot.")
       .def_property_readonly("runs", &JobRunner::runs, "Whether the job can go on by that.")
@@ -154,15 +158,7 @@ void bind_linked_options(py::module_& m) {
 /// Steps or serves while a job runs.
 template <class Job, class Class>
 void bind_linked(Class& bound) {
-  using kr5::job::Journal;
-  using kr5::job::RestartMeasurements;
   bound
-      .def(py::init([](kr5::sim::WorkCell& cell, const WorkOptions& options, const LinkedOptions& linked,
-                       Journal& journal, const RestartMeasurements& seen) {
-             return std::make_unique<Job>(cell, options, linked, journal, seen);
-           }),
-           py::arg("cell"), py::arg("options"), py::arg("linked"), py::arg("journal"),
-           py::arg("seen") = RestartMeasurements{}, py::keep_alive<1, 2>(), py::keep_alive<1, 5>())
       .def_property_readonly(
           "decision", [](const Job& self) { return self.decision(); }, "Where the job goes on, or why it cannot.")
       .def_property_readonly("runs", &Job::runs, "Whether the job can go on by that.")
@@ -178,11 +174,19 @@ void bind_linked(Class& bound) {
 
 void bind_linked_jobs(py::module_& m) {
   using free_python = py::call_guard<py::gil_scoped_release>;
+  using kr5::job::Journal;
+  using kr5::job::RestartMeasurements;
   py::class_<LockstepJob> lockstep(m, "LockstepJob",
                                    "A job through an RSI link without sockets and clocks: controller and link in "
                                    "turns, as fast as both can.");
   bind_linked<LockstepJob>(lockstep);
   lockstep
+      .def(py::init([](kr5::sim::WorkCell& cell, const WorkOptions& options, const LinkedOptions& linked,
+                       Journal& journal, const RestartMeasurements& seen) {
+             return std::make_unique<LockstepJob>(cell, options, linked, journal, seen);
+           }),
+           py::arg("cell"), py::arg("options"), py::arg("linked"), py::arg("journal"),
+           py::arg("seen") = RestartMeasurements{}, py::keep_alive<1, 2>(), py::keep_alive<1, 5>())
       .def(
           "step",
           [](LockstepJob& self, int cycles) {
@@ -199,6 +203,14 @@ void bind_linked_jobs(py::module_& m) {
                                "ended.");
   bind_linked<LinkedJob>(linked);
   linked
+      .def(py::init([](kr5::sim::WorkCell& cell, const WorkOptions& options, const LinkedOptions& to, Journal& journal,
+                       const RestartMeasurements& seen, const std::filesystem::path& cell_file) {
+             return std::make_unique<LinkedJob>(cell, options, to, journal, seen, kr5::rsi::ExchangeFunction(),
+                                                cell_file);
+           }),
+           py::arg("cell"), py::arg("options"), py::arg("linked"), py::arg("journal"),
+           py::arg("seen") = RestartMeasurements{}, py::arg("cell_file") = "", py::keep_alive<1, 2>(),
+           py::keep_alive<1, 5>())
       .def("serve", &LinkedJob::serve, free_python(),
            "Looks, rows and a lost link since the last call, which must be a few milliseconds ago.")
       .def_property_readonly(

@@ -177,4 +177,23 @@ TEST_CASE("whatever append returned for is there after a kill at any instant") {
   CHECK(told > 10);
 }
 
+TEST_CASE("what a restart needs besides is kept before the records, or they are not written") {
+  Folder folder;
+  Journal journal(folder / "job.db", "a");
+  JobRecord record;
+  record.number = 1;
+  std::uint64_t seen = 99;
+  journal.set_before_append([&] { seen = journal.last_number(); });
+  journal.append({&record, 1});
+  CHECK(seen == 0);
+  CHECK(journal.last_number() == 1);
+  journal.set_before_append([] { throw IoError("full"); });
+  record.number = 2;
+  CHECK_THROWS_AS(journal.append({&record, 1}), IoError);
+  CHECK(journal.records().size() == 1);
+  journal.set_before_append({});
+  journal.append({&record, 1});
+  CHECK(journal.records().size() == 2);
+}
+
 }  // namespace journal_test

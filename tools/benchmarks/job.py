@@ -1,7 +1,7 @@
 """The whole job in simulated cells: 35 pellets from bin to tube, unattended, and four from a fixed place; insertions by
-clearance and tilt; what faults of link, controller and computer do to an insertion.
+clearance and tilt; what faults of link, controller and computer do to an insertion; programs killed at random instants.
 
-    python tools/benchmarks/job.py [--jobs 10] [--pellets 35] [--faults 100] [--first-seed 52001]
+    python tools/benchmarks/job.py [--jobs 10] [--pellets 35] [--faults 100] [--kills 1000] [--first-seed 52001]
 
 Cells with the usual errors, of which their controller is not told. What is inserted is judged by the truth of the
 simulator. A pellet stands or lies by how it goes over the stand: once, or laid down before it is stood up."""
@@ -22,6 +22,7 @@ from kr5 import job
 import arguments
 import comparison
 from insertion import insertions
+from job_kills import kill_often
 from kr5_tools.sweep.rate_table import success_rate
 from kr5_tools.work.job_cell import JobSetup, make_cell, make_setup, work_options
 from kr5_tools.work.journal_tables import laid_down
@@ -155,6 +156,19 @@ def fault_rows(trials: int, seed: int) -> Iterator[comparison.Row]:
         )
 
 
+def kill_row(kills: int, first_seed: int) -> comparison.Row:
+    """Jobs of two pellets whose programs are killed, also between the file of the cell and the records."""
+    with tempfile.TemporaryDirectory() as folder:
+        trial = kill_often(kr5.cell.load_cell(CELL), JobSetup(2, first_seed, "usual"), Path(folder), kills, first_seed)
+    text = f"{trial.kills}, {len(trial.problems)} problems; first command {1e3 * trial.largest_first_step:.3f} mm off"
+    return comparison.Row(
+        "programs killed at random instants: what came of them; first command from the measured pose, most",
+        "; ".join([text, *dict.fromkeys(trial.problems)]),
+        "none twice, none lost",
+        not trial.problems,
+    )
+
+
 def four_row(trials: int, first_seed: int) -> comparison.Row:
     times = [r.time for r in insertions(trials, first_seed, pegs=4)]
     return comparison.Row(
@@ -178,6 +192,7 @@ def main() -> int:
     parser.add_argument("--pellets", type=int, default=35, help="pellets of each")
     parser.add_argument("--first-seed", type=int, default=52001, help="seed of the first job; those behind it follow")
     parser.add_argument("--faults", type=int, default=100, help="insertions of each fault")
+    parser.add_argument("--kills", type=int, default=1000, help="programs that are killed")
     given = parser.parse_args()
     seeds = range(given.first_seed, given.first_seed + given.jobs)
     jobs = run_jobs([JobSetup(given.pellets, seed, "usual") for seed in seeds], "Jobs")
@@ -188,6 +203,7 @@ def main() -> int:
         *part_rows(jobs),
         *task_rows(given.pellets, seeds[-1] + 1),
         *fault_rows(given.faults, given.first_seed),
+        kill_row(given.kills, given.first_seed),
         four_row(2 * given.jobs, given.first_seed),
     ]
     comparison.print_comparisons(rows, "The job from bin to tube")

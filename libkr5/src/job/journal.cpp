@@ -76,6 +76,7 @@ struct Journal::Database {
   SqliteDatabase sqlite;
   std::string job;
   std::uint64_t last = 0;
+  std::function<void()> before_append;
 };
 
 Journal::Journal(const std::filesystem::path& file, const std::string& job) {
@@ -96,11 +97,14 @@ void Journal::append(std::span<const JobRecord> records) {
                                        std::to_string(last) + ", which follows the last one");
   }
   if (records.empty()) return;
+  if (database_->before_append) database_->before_append();
   SqliteTransaction transaction(database_->sqlite);
   for (const JobRecord& record : records) insert_record(database_->sqlite, record);
   transaction.commit();
   database_->last = last;
 }
+
+void Journal::set_before_append(std::function<void()> call) { database_->before_append = std::move(call); }
 
 void Journal::release(const std::string& person) {
   const auto letter = [](unsigned char c) { return std::isalpha(c) || c >= 0x80; };

@@ -8,6 +8,15 @@
 
 namespace kr5::work {
 
+JobProgram::JobProgram(sim::WorkCell& given, const WorkOptions& options, job::Journal& to,
+                       const std::filesystem::path& cell_file)
+    : cell(given), journal(to), service((options.validate(), cell), options) {
+  if (cell_file.empty()) return;
+  journal.set_before_append([this, cell_file] {
+    sim::save_state(cell.with_cell([](const sim::WorkCell& c) { return c.state(); }), cell_file);
+  });
+}
+
 bool JobProgram::begin(const WorkOptions& options, job::RestartMeasurements seen) {
   ring.begin_after(journal.last_number());
   seen.reading = cell.read();

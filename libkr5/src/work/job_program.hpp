@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <filesystem>
 #include <optional>
 
 #include <kr5/job/journal.hpp>
@@ -12,9 +13,11 @@ namespace kr5::work {
 
 /// What every program of a job has, by itself or through a link.
 struct JobProgram {
+  /// @param cell_file To which the state of the cell is written before each record; empty: none.
   /// @throws InvalidArgument for invalid options.
-  JobProgram(sim::WorkCell& given, const WorkOptions& options, job::Journal& to)
-      : cell(given), journal(to), service((options.validate(), cell), options) {}
+  JobProgram(sim::WorkCell& given, const WorkOptions& options, job::Journal& to,
+             const std::filesystem::path& cell_file = {});
+  ~JobProgram() { journal.set_before_append({}); }
   JobProgram(const JobProgram&) = delete;
 
   /// Takes up what the journal says, by the reading of the cell. @return Whether the job can go on.

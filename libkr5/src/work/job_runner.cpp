@@ -14,8 +14,9 @@ constexpr int told_every = 50;  // cycles between two words of progress
 }  // namespace
 
 struct JobRunner::Program : JobProgram {
-  Program(sim::WorkCell& given, const WorkOptions& options, job::Journal& to, const job::RestartMeasurements& seen)
-      : JobProgram(given, options, to) {
+  Program(sim::WorkCell& given, const WorkOptions& options, job::Journal& to, const job::RestartMeasurements& seen,
+          const std::filesystem::path& cell_file)
+      : JobProgram(given, options, to, cell_file) {
     begin(options, seen);
   }
 
@@ -33,8 +34,8 @@ void JobRunner::Program::step() {
 }
 
 JobRunner::JobRunner(sim::WorkCell& cell, const WorkOptions& options, job::Journal& journal,
-                     const job::RestartMeasurements& seen)
-    : program_(std::make_unique<Program>(cell, options, journal, seen)) {}
+                     const job::RestartMeasurements& seen, const std::filesystem::path& cell_file)
+    : program_(std::make_unique<Program>(cell, options, journal, seen, cell_file)) {}
 JobRunner::~JobRunner() = default;
 JobRunner::JobRunner(JobRunner&&) noexcept = default;
 JobRunner& JobRunner::operator=(JobRunner&&) noexcept = default;

@@ -21,8 +21,8 @@ constexpr int pauses_between_words = 300;
 
 struct LinkedJob::Program : JobProgram {
   Program(sim::WorkCell& given, const WorkOptions& options, const LinkedOptions& linked, job::Journal& to,
-          const job::RestartMeasurements& seen, rsi::ExchangeFunction observe)
-      : JobProgram(given, options, to) {
+          const job::RestartMeasurements& seen, rsi::ExchangeFunction observe, const std::filesystem::path& cell_file)
+      : JobProgram(given, options, to, cell_file) {
     linked.validate();
     if (!begin(options, seen)) return;
     writer.emplace(ring, journal);
@@ -85,8 +85,9 @@ void LinkedJob::Program::end() {
 }
 
 LinkedJob::LinkedJob(sim::WorkCell& cell, const WorkOptions& options, const LinkedOptions& linked,
-                     job::Journal& journal, const job::RestartMeasurements& seen, rsi::ExchangeFunction observe)
-    : program_(std::make_unique<Program>(cell, options, linked, journal, seen, std::move(observe))) {}
+                     job::Journal& journal, const job::RestartMeasurements& seen, rsi::ExchangeFunction observe,
+                     const std::filesystem::path& cell_file)
+    : program_(std::make_unique<Program>(cell, options, linked, journal, seen, std::move(observe), cell_file)) {}
 LinkedJob::~LinkedJob() = default;
 LinkedJob::LinkedJob(LinkedJob&&) noexcept = default;
 

@@ -79,6 +79,11 @@ def state_file(journal: Path) -> Path:
     return journal.with_name(journal.name + ".cell")
 
 
+def kept_cell(journal: Path | None) -> str:
+    """The file to which a job writes the state of its cell before each record; empty where nothing is kept."""
+    return "" if journal is None else str(state_file(journal))
+
+
 def restore_cell(cell: kr5.sim.WorkCell, journal: Path) -> None:
     """The cell as the job left it."""
     file = state_file(journal)

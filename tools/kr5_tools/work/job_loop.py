@@ -26,30 +26,13 @@ class RunningJob(Protocol):
     def reading(self) -> kr5.robot.RobotReading: ...
 
 
-class StateFile:
-    """The state of the cell beside its journal, written where records are new. `journal`: none where nothing is kept;
-    `last_record`: number of the last one."""
-
-    def __init__(
-        self, journal: Path | None, last_record: Callable[[], int], cell_state: Callable[[], kr5.sim.WorkCellState]
-    ) -> None:
-        self.journal, self.last_record, self.cell_state = journal, last_record, cell_state
-        self.written = -1
-
-    def follow(self) -> None:
-        """Writes it where there are records that it does not hold."""
-        if self.journal is not None and self.last_record() != self.written:
-            self.written = self.last_record()
-            self.write()
-
-    def write(self) -> None:
-        if self.journal is not None:
-            self.cell_state().save(state_file(self.journal))
+def save_cell(journal: Path | None, cell_state: Callable[[], kr5.sim.WorkCellState]) -> None:
+    """The cell as a program leaves it, that ends by itself."""
+    if journal is not None:
+        cell_state().save(state_file(journal))
 
 
-def follow_job(
-    job: RunningJob, advance: Callable[[], None], pellets: int, state_of_cell: StateFile, live: LiveView | None
-) -> None:
+def follow_job(job: RunningJob, advance: Callable[[], None], pellets: int, live: LiveView | None) -> None:
     """Until the job ends. `advance`: lets it go on until the next look at it."""
     with terminal.progress_bar() as bar:
         task = bar.add_task("", total=pellets)
@@ -59,4 +42,3 @@ def follow_job(
             bar.update(task, completed=state.inserted, description=f"{words(state.phase)}, pellet {state.pellet}")
             if live:
                 live.show(state, job.reading)
-            state_of_cell.follow()

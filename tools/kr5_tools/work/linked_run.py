@@ -13,7 +13,7 @@ from kr5 import rsi
 from kr5_tools.cli import tables, terminal
 from kr5_tools.rsi.timing_table import TIMING_COLUMNS, timing_rows
 from kr5_tools.work.job_cell import JobSetup, work_cell_options
-from kr5_tools.work.job_loop import StateFile, follow_job
+from kr5_tools.work.job_loop import follow_job, save_cell
 from kr5_tools.work.live_view import LiveView
 from kr5_tools.work.remedies import words
 
@@ -51,15 +51,14 @@ def make_options(
 def work(
     linked_job: kr5.work.LinkedJob, pellets: int, file: Path | None, live: LiveView | None = None
 ) -> kr5.work.LinkedRun:
-    """Until the job ends, or the program; the state of the cell follows the records within milliseconds."""
-    state_of_cell = StateFile(file, lambda: linked_job.written, linked_job.cell_state)
+    """Until the job ends, or the program."""
 
     def advance() -> None:
         linked_job.serve()
         time.sleep(PAUSE)
 
     try:
-        follow_job(linked_job, advance, pellets, state_of_cell, live)
+        follow_job(linked_job, advance, pellets, live)
         return linked_job.run()  # until the arm stands
     except KeyboardInterrupt:
         linked_job.stop_by_operator()
@@ -67,7 +66,7 @@ def work(
         raise
     finally:
         linked_job.end()
-        state_of_cell.write()
+        save_cell(file, linked_job.cell_state)
 
 
 def print_link(done: kr5.work.LinkedRun, layout: rsi.TelegramLayout, to: "Console") -> None:

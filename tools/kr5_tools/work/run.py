@@ -127,7 +127,7 @@ def run(
 
     from kr5_tools.insertion.task import load_cell
     from kr5_tools.work import direct_run, job_output, job_tables, linked_run
-    from kr5_tools.work.job_cell import make_cell, make_setup, work_options
+    from kr5_tools.work.job_cell import kept_cell, make_cell, make_setup, work_options
 
     _check_options(
         through_rsi,
@@ -153,15 +153,15 @@ def run(
         seen, link = _seen(stand, in_tube), None
         if through_rsi:
             linked = linked_run.make_options(options, cell, controller or "krc4", port)
-            linked_job = kr5.work.LinkedJob(cell, options, linked, journal, seen)
+            linked_job = kr5.work.LinkedJob(cell, options, linked, journal, seen, kept_cell(file))
             tell_real_time(linked_job)
             _open(live if linked_job.runs else None, to)
             link = linked_run.work(linked_job, pellets, file, live)
             done = link.job
         else:
-            runner = kr5.work.JobRunner(cell, options, journal, seen)
+            runner = kr5.work.JobRunner(cell, options, journal, seen, kept_cell(file))
             _open(live if runner.runs else None, to)
-            done = direct_run.work(runner, cell, pellets, journal, file, live)
+            done = direct_run.work(runner, cell, pellets, file, live)
         truth, records = kr5.work.judge_job(cell), journal.records()
         good = done.done and truth.in_tube >= pellets
         if live:

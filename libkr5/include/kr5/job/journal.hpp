@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -34,6 +35,9 @@ class Journal {
   /// @throws InvalidArgument for numbers that do not follow the last one. @throws IoError naming the file, as when the
   /// disk is full; what was written before stays.
   void append(std::span<const JobRecord> records);
+  /// Called before records are written, each time; records of which it throws an Error are not. What a restart needs
+  /// besides the records is kept there, so that it is never older than they are. Not called by `release`.
+  void set_before_append(std::function<void()> call);
   /// A person releases the stop. @throws InvalidArgument for a name without letters, or when there is no stop.
   void release(const std::string& person);
 

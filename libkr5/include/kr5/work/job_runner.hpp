@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <memory>
 
@@ -58,9 +59,11 @@ class JobRunner {
  public:
   /// Cell and journal must outlive it.
   /// @param seen What a person sees of stand and tube before a job goes on; its reading is that of the cell.
+  /// @param cell_file To which the state of the cell is written before each record, so that a program that is killed
+  /// leaves a cell that is never older than its journal; empty: none.
   /// @throws InvalidArgument for invalid options.
   JobRunner(sim::WorkCell& cell, const WorkOptions& options, job::Journal& journal,
-            const job::RestartMeasurements& seen = {});
+            const job::RestartMeasurements& seen = {}, const std::filesystem::path& cell_file = {});
   ~JobRunner();
   JobRunner(JobRunner&&) noexcept;
   JobRunner& operator=(JobRunner&&) noexcept;

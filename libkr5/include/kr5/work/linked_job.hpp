@@ -22,9 +22,10 @@ class LinkedJob {
   /// decided by the reading of the cell before the controller begins.
   /// @param seen What a person sees of stand and tube before a job goes on; its reading is that of the cell.
   /// @param observe Called in the thread of the link once a datagram.
-  /// @throws InvalidArgument for invalid options; IoError when the port is not free.
+  /// @param cell_file As of JobRunner. @throws InvalidArgument for invalid options; IoError when the port is not free.
   LinkedJob(sim::WorkCell& cell, const WorkOptions& options, const LinkedOptions& linked, job::Journal& journal,
-            const job::RestartMeasurements& seen = {}, rsi::ExchangeFunction observe = {});
+            const job::RestartMeasurements& seen = {}, rsi::ExchangeFunction observe = {},
+            const std::filesystem::path& cell_file = {});
   ~LinkedJob();
   LinkedJob(LinkedJob&&) noexcept;
 
