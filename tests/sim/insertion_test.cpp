@@ -243,6 +243,7 @@ TEST_CASE("four pegs one after the other take no longer than in the book") {
 
 TEST_CASE("a tube that stands higher than believed is met with less than the limit of force, however much higher") {
   const int all = test::trials(60, 12);
+  int inserted = 0;
   for (int k = 0; k < all; ++k) {
     Random random(static_cast<std::uint64_t>(6000 + k));
     const double raised = random.uniform(0.5 * mm, 14 * mm);
@@ -254,7 +255,9 @@ TEST_CASE("a tube that stands higher than believed is met with less than the lim
     INFO(raised / mm << " mm, seed " << setup.seed << ": " << name_of(peg.reason) << " in " << name_of(peg.phase));
     CHECK(peg.max_force < insertion_options(cell, setup).limits.force);
     CHECK(peg.reason != force::Reason::None);
+    inserted += peg.inserted;
   }
+  test::check_rate(inserted, all, 0.7, test::full() ? 0.6 : 0.3);
 }
 
 TEST_CASE("what a cell cannot do is an outcome with phase and reason") {
@@ -288,14 +291,6 @@ TEST_CASE("what a cell cannot do is an outcome with phase and reason") {
     CHECK_FALSE(result.inserted);
     CHECK(only(result).reason == force::Reason::NoContact);
     CHECK(only(result).depth < 20 * mm);
-  }
-  SECTION("a tube in the way") {
-    cell::Cell cell = arc();
-    cell.effects.set("tube_shift", "tube", "shift", Eigen::VectorXd(Eigen::Vector3d(0, 0, 8 * mm)));
-    const InsertionResult result = run_insertion(cell, drawn(1));
-    CHECK_FALSE(result.inserted);
-    CHECK(only(result).reason == force::Reason::Obstructed);
-    CHECK(only(result).max_force < 20);
   }
   SECTION("a force sensor with its sign turned round") {
     cell::Cell cell = arc();

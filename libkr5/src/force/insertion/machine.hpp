@@ -76,7 +76,8 @@ struct Insertion::Machine {
   double angle_swept = 0.0, level = 0.0,
          feed = 0.0;                   ///< Of a turn or a spiral; height of a peg that slides; of a push.
   int cycles = 0, settled_cycles = 0;  ///< In this phase; of them, at rest in a row.
-  bool known = false, first = true, probing = false, doubtful = false, spiralled = false, holding = true, air = false;
+  bool known = false, first = true, probing = false, doubtful = false, spiralled = false, holding = true, air = false,
+       met = false;  ///< Something was met before the approach was at its end.
 
   Machine(const InsertionOptions& given, const InsertionFrames& given_frames);
 

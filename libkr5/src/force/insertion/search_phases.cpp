@@ -86,12 +86,12 @@ double Insertion::Machine::approach_speed() const noexcept {
   return std::min(m.approach_speed, std::sqrt(careful * careful + 1.2 * m.acceleration * clear));
 }
 
-/// What is met on the way down is the face where a servo other than believed has overshot, or nothing that should be
-/// there.
+/// What a tilted peg meets on the way down may be the face, where tube, base or servo are other than believed: it is
+/// felt there as anywhere. Else the arm stands at once.
 void Insertion::Machine::meet() noexcept {
-  const double rim = sharp.peg.z() - options.bodies.peg_radius * std::sin(sharp.tilt);
-  const bool leans = known || std::abs(lean.x - options.tilt) < 2e-3;
-  if (!leans || rim > face + options.motion.height + options.limits.face_error) return stop_for(Reason::Obstructed);
+  if (known || std::abs(lean.x - options.tilt) > 2e-3) return stop_for(Reason::Obstructed);
+  face = std::max(face, sharp.peg.z() - options.bodies.peg_radius * std::sin(sharp.tilt));
+  met = true;
   descent.reset();
   enter_phase(Phase::Touch);
 }
@@ -115,6 +115,7 @@ void Insertion::Machine::approach() noexcept {
   const Eigen::Vector3d target(over.x(), over.y(), level);
   path.drive(path.towards(target, approach_speed(), m.acceleration), m.acceleration);
   if (!leans || (path.p - target).norm() > 2e-4) return;
+  met = false;
   descent.reset();
   enter_phase(Phase::Touch);
 }
@@ -123,11 +124,13 @@ void Insertion::Machine::touch(const ContactEstimate& now) noexcept {
   plan_tilt(0.0, 0.0);
   if (!descent.touched()) {
     const double way = now.peg.z() - options.bodies.peg_radius * std::sin(lean.x) - face - options.limits.face_error;
-    drive(Eigen::Vector2d::Zero(), -descent.step(way, now.force.norm()));
+    const double force = met ? std::max(now.force.norm(), sharp.force.norm()) : now.force.norm();
+    drive(Eigen::Vector2d::Zero(), -descent.step(way, force));
     if (now.peg.z() < face - options.limits.descent) begin_entry(round.x);
     return;
   }
-  drive(Eigen::Vector2d::Zero(), press_speed(options.forces.roll, now));
+  const Eigen::Vector3d along(0.0, 0.0, press_speed(options.forces.roll, now));
+  path.drive(along, met ? options.motion.braking : options.motion.acceleration);
   if (captured(now) || (known && options.entry == Entry::Tilted && seconds() > settling)) return begin_entry(round.x);
   const bool held = std::abs(now.press() - options.forces.roll) < 0.2 * options.forces.roll;
   if (!settled_for(settling, held) && seconds() < settle_timeout()) return;
