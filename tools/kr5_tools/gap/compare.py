@@ -69,8 +69,9 @@ def compare(
     to = terminal.console(json_file)
     sources = [read_source([path], reading) for path in (first, second)]
     with progress_of_diagnosis() as progress:
+        recordings = [source.recording for source in sources]
         found = kr5.arm_log.compare_recordings(
-            *(source.recording for source in sources), arguments.make_simulator(full), options, progress
+            recordings[0], recordings[1], arguments.make_simulator(full), options, progress
         )
     inputs = dict(zip(("first", "second"), (source.inputs for source in sources)))
     data = results.write_result(output, **comparison_dict(found), input=inputs)
