@@ -16,6 +16,7 @@
 #include <kr5/identification/payload.hpp>
 #include <kr5/identification/planar_gravity.hpp>
 #include <kr5/identification/servo.hpp>
+#include <kr5/identification/torque_smoothing.hpp>
 #include <kr5/identification/zero_phase.hpp>
 #include <kr5/physics/identified_cell.hpp>
 
@@ -39,6 +40,8 @@ void bind_logs(py::module_& m) {
   bind_struct<ConditioningOptions>(m, "ConditioningOptions", "Options of condition_log and check_log.");
   bind_struct<ConditionedMotion>(m, "ConditionedMotion", "A motion to estimate from, and the faults of its log.")
       .def_property_readonly("usable", &ConditionedMotion::usable, "Whether there is a motion to estimate from.");
+  m.def("split_log", &split_log, py::arg("log"), py::arg("last"),
+        "The log before its last part, and that part, a share of its span of time.");
   m.def("check_log", &check_log, py::arg("log"), py::arg("options") = ConditioningOptions{},
         "The faults of a log, errors first; empty for a sound one.");
   m.def("condition_log", &condition_log, py::arg("log"), py::arg("options") = ConditioningOptions{},
@@ -53,6 +56,15 @@ void bind_logs(py::module_& m) {
       "Options by which further logs are conditioned as these were: the medians of their cutoffs and decimations, "
       "where\n"
       "the options leave both to the log.");
+  bind_struct<TorqueSmoothing>(m, "TorqueSmoothing", "Whether torques are smoothed, and how well both ways predict.");
+  m.def(
+      "choose_torque_smoothing",
+      [](const std::vector<JointLog>& logs, const ConditioningOptions& options, const DynamicsModel& model) {
+        return choose_torque_smoothing(logs, options, model);
+      },
+      py::arg("logs"), py::arg("options"), py::arg("model"), py::call_guard<py::gil_scoped_release>(),
+      "Whether torques are fitted smoothed or as they were logged: as the last third of each log is predicted better "
+      "from\nthe rest.");
   m.def("motion_bandwidth", &motion_bandwidth, py::arg("q"), py::arg("step"),
         "Frequency below which 99 % of the power of the speeds lies [Hz]; q: samples x joints at even steps [s].");
   m.def("zero_phase_low_pass", &zero_phase_low_pass, py::arg("values"), py::arg("step"), py::arg("cutoff"),
@@ -414,6 +426,9 @@ void bind_identification(py::module_& m) {
   m.doc() = "Identification of an arm's dynamics, drives and sensors from its logs.";
   bind_struct<JointMotion>(m, "JointMotion", "Measured motion of an arm with its joint torques.")
       .def("validate", &JointMotion::validate, "Raises InvalidArgument naming field and row.");
+  m.def(
+      "merged_motion", [](const std::vector<JointMotion>& motions) { return merged_motion(motions); },
+      py::arg("motions"), "Motions of one arm one after the other, each of them at least one run.");
   bind_carried_masses(m);
   bind_gravity(m);
   bind_postures(m);

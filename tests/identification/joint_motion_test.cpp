@@ -1,4 +1,5 @@
 #include <limits>
+#include <vector>
 
 #include <catch2/catch.hpp>
 
@@ -37,6 +38,28 @@ TEST_CASE("names field and row of what is wrong in a motion") {
   CHECK_NOTHROW(motion.validate());
   motion.run_starts = {2};
   CHECK_THROWS_WITH(motion.validate(), Contains("run_starts"));
+}
+
+TEST_CASE("motions are merged run by run, with temperatures where all have them") {
+  JointMotion first = sound_motion(), second = sound_motion();
+  second.run_starts.clear();
+  second.q.setConstant(7);
+  second.speed_noise = Eigen::Vector2d(1e-3, 2e-3);
+  first.temperature = Eigen::MatrixXd::Constant(4, 2, 30.0);
+  const std::vector<JointMotion> both = {first, second};
+  JointMotion merged = merged_motion(both);
+  CHECK_NOTHROW(merged.validate());
+  CHECK(merged.samples() == 8);
+  CHECK(merged.run_starts == std::vector<int>{0, 2, 4});
+  CHECK(merged.q(3, 0) == 0);
+  CHECK(merged.q(4, 0) == 7);
+  CHECK(merged.temperature.size() == 0);
+  CHECK(merged.speed_noise == second.speed_noise);
+  second.temperature = Eigen::MatrixXd::Constant(4, 2, 40.0);
+  merged = merged_motion(std::vector<JointMotion>{first, second});
+  CHECK(merged.temperature(3, 1) == 30);
+  CHECK(merged.temperature(4, 1) == 40);
+  CHECK_THROWS_WITH(merged_motion({}), Contains("at least one"));
 }
 
 }  // namespace joint_motion_test

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from kr5 import cell as kr5_cell
 from kr5 import identification, physics, predict
-from kr5.logs.joint_motion import arm_model, merged_motion
+from kr5.logs.joint_motion import arm_model
 from rich.console import Console
 
 import arguments
@@ -118,12 +118,12 @@ def identified(cell: Any, motion: Any) -> Any:
 
 def judge_arm(name: str, motions: Any, options: Any, coupled: bool = False, peer: bool = True) -> Judged:
     fit, fit_rows, check_rows = fine_motions(motions, options)
-    motion = merged_motion([p.motion for p in fit.parts])
+    motion = identification.merged_motion([p.motion for p in fit.parts])
     result = identified(motions.cell, motion)
     assert result.fit.usable, f"{name}: {result.fit.message}"
 
     def errors(predict: Any, part: Any) -> tuple[identification.TorqueError, np.ndarray]:
-        predicted = predict(merged_motion([p.motion for p in part.parts]))
+        predicted = predict(identification.merged_motion([p.motion for p in part.parts]))
         return identification.torque_error(part.measured(), predicted), part.measured() - predicted
 
     def ours(m: Any) -> np.ndarray:
@@ -215,7 +215,7 @@ def wrist_rows(data: Path) -> list[Row]:
     S = np.asarray(motions.cell.drives.structure)
     zero = np.array([0, -sets.H, sets.H, 0, 0, 0])
     fit, _ = condition_parts(motions, options_for("TX40", motions))
-    m = merged_motion([p.motion for p in fit.parts])
+    m = identification.merged_motion([p.motion for p in fit.parts])
     motor = [(np.asarray(m.q) - zero) @ S.T, np.asarray(m.qd) @ S.T, np.asarray(m.qdd) @ S.T]
     torque = np.asarray(m.tau) @ np.linalg.inv(S)
 
@@ -306,7 +306,7 @@ def unsmoothed(motions: Any) -> Any:
     options.smooth_torques = False
     motions.fit, motions.check = [*motions.fit, *motions.check], []
     fit, _ = condition_parts(motions, options)
-    return merged_motion([p.motion for p in fit.parts])
+    return identification.merged_motion([p.motion for p in fit.parts])
 
 
 def effect_rows(cases: Path) -> list[Row]:
@@ -374,7 +374,10 @@ def payload_rate_row(cases: Path, hidden: dict[str, Any], trials: int = 100) -> 
         if not all(p.usable for p in parts):
             continue
         found = identification.identify_payload(
-            merged_motion([p.motion for p in parts]), model, chi, identification.PayloadOptions(min_speed=LEAST_SPEED)
+            identification.merged_motion([p.motion for p in parts]),
+            model,
+            chi,
+            identification.PayloadOptions(min_speed=LEAST_SPEED),
         )
         off.append((found.body.mass - hidden["mass"]) / found.mass_deviation)
     inside = int((np.abs(off) < 1.96).sum())

@@ -9,7 +9,7 @@ import kr5.cell
 import kr5.predict
 import numpy as np
 from kr5 import identification, kinematics, physics
-from kr5.logs.joint_motion import arm_model, merged_motion
+from kr5.logs.joint_motion import arm_model
 from scipy.interpolate import CubicSpline
 
 from kr5_tools.identify.identified_cell import believed_parameters, link_bodies, put_dynamics
@@ -66,7 +66,7 @@ def identify(cell: Any, experiments: list[Any], rotors: bool = True) -> Identifi
     believed, with its masses; where the motion leaves combinations open, the likeliest with bodies that can exist."""
     n = cell.robot.joints
     fit = [e for e in experiments if str(e.split) == "fit"]
-    motion = merged_motion([commanded_motion(cell, e) for e in fit])
+    motion = identification.merged_motion([commanded_motion(cell, e) for e in fit])
     found = positive_drives(cell, motion, rotors)
     if found.observability.unidentifiable:
         options = identification.DynamicsOptions(

@@ -10,7 +10,7 @@ from kr5 import identification
 from kr5.files.result_types import ResultData
 from kr5.files.results import write_result
 from kr5.files.writing import check_writable, write_json
-from kr5.logs.joint_motion import arm_model, merged_motion
+from kr5.logs.joint_motion import arm_model
 from kr5.logs.log_file import LOG_FORMATS
 
 from kr5_tools.cli.arguments import JsonOption, ResultOption
@@ -23,7 +23,6 @@ from kr5_tools.identify.dynamics_errors import error_rows
 from kr5_tools.identify.dynamics_parts import SHOWN_SAMPLES, Part, condition_parts
 from kr5_tools.identify.identified_cell import expected_bodies, write_identified_cell
 from kr5_tools.identify.motion_logs import MotionLogs, conditioning_of, log_and_terms_options, read_motions
-from kr5_tools.identify.torque_smoothing import choose_smoothing
 
 app = typer.Typer()
 DOUBTFUL_CONDITION = 1000.0
@@ -93,12 +92,15 @@ def dynamics(
     options.prior_bodies = expected_bodies(motions.cell)
     if not _is_stated(context, "smooth_torques"):
         with spinner("Comparing torques as logged and smoothed"):
-            told = choose_smoothing(motions, conditioning, model)
-        if told:
-            print_note(told)
+            chosen = identification.choose_torque_smoothing(motions.fit, conditioning, model)
+        conditioning.smooth_torques = chosen.smooth
+        if not chosen.smooth:
+            print_note(_logged_text(chosen))
     fit, check = condition_parts(motions, conditioning)
     with spinner("Identifying the dynamics"):
-        result = identification.identify_dynamics(merged_motion([p.motion for p in fit.parts]), model, options)
+        result = identification.identify_dynamics(
+            identification.merged_motion([p.motion for p in fit.parts]), model, options
+        )
     if not result.fit.usable:
         fail(f"{source}: {result.fit.message}")
     keys = result_keys(source, motions, result, fit, check)
@@ -109,8 +111,17 @@ def dynamics(
 
         write_page(cast(ResultData, data), str(source), page, None)
     if write_cell:
-        write_identified_cell(motions.cell, merged_motion([p.motion for p in fit.parts]), result, options, write_cell)
+        write_identified_cell(
+            motions.cell, identification.merged_motion([p.motion for p in fit.parts]), result, options, write_cell
+        )
     write_json(data, json_file)
+
+
+def _logged_text(chosen: kr5.identification.TorqueSmoothing) -> str:
+    return (
+        "torques are fitted as logged (--no-smooth-torques): on a third of the motion left out their error is"
+        f" {100 * chosen.error_logged:.3g} % instead of {100 * chosen.error_smoothed:.3g} %"
+    )
 
 
 def _is_stated(context: typer.Context, option: str) -> bool:
@@ -121,7 +132,7 @@ def _is_stated(context: typer.Context, option: str) -> bool:
 
 def _judged(result: kr5.identification.DynamicsResult, part: Part) -> tuple[dict[str, Any], dict[str, Any]]:
     """Errors of a part against the torques as logged and as smoothed, and the curves of its plot."""
-    motion = merged_motion([p.motion for p in part.parts])
+    motion = identification.merged_motion([p.motion for p in part.parts])
     predicted = np.asarray(identification.predict_torques(result, motion))
     measured, smoothed = part.measured(), np.asarray(motion.tau)
     every = max(1, len(predicted) // SHOWN_SAMPLES)

@@ -77,18 +77,9 @@ def read_motions(
     if not out.fit:
         raise kr5.FileError(source, "found no motion with joint values and currents or torques to fit, expected one")
     if not out.check and held_out > 0:
-        parts = [split_log(log, held_out) for log in out.fit]
+        parts = [identification.split_log(log, held_out) for log in out.fit]
         out.fit, out.check = [p[0] for p in parts], [p[1] for p in parts]
     return out
-
-
-def split_log(log: kr5.identification.JointLog, held_out: float) -> tuple[Any, Any]:
-    """The first part of a log, and the last one, by time."""
-    t = np.asarray(log.t)
-    finite = t[np.isfinite(t)]
-    cut = finite.max() - held_out * (finite.max() - finite.min()) if len(finite) else 0.0
-    late = t >= cut
-    return _rows(log, ~late), _rows(log, late)
 
 
 def _rows(log: kr5.identification.JointLog, keep: np.ndarray) -> Any:

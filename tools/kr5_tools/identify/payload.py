@@ -12,7 +12,7 @@ from kr5 import identification, kinematics
 from kr5.files.result_types import ResultData
 from kr5.files.results import write_result
 from kr5.files.writing import beside, check_writable, write_json
-from kr5.logs.joint_motion import arm_model, merged_motion
+from kr5.logs.joint_motion import arm_model
 from kr5.logs.log_file import LOG_FORMATS
 
 from kr5_tools.cli.arguments import JsonOption, ResultOption
@@ -114,7 +114,7 @@ def conditioned(motions: MotionLogs, log: kr5.identification.ConditioningOptions
     options = conditioning_of(identification.ConditioningOptions.from_dict(log.to_dict()), motions.cell)
     motions.fit, motions.check = [*motions.fit, *motions.check], []
     fit, _ = condition_parts(motions, options)
-    return merged_motion([p.motion for p in fit.parts])
+    return identification.merged_motion([p.motion for p in fit.parts])
 
 
 def identified_arm(

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -29,6 +30,9 @@ struct JointLog {
   std::string tau_name(Eigen::Index joint) const;
   std::string temperature_name(Eigen::Index joint) const;
 
+  /// The log with these rows only, in this order.
+  JointLog with_rows(const std::vector<Eigen::Index>& rows) const;
+
   /// Sizes only; faults of the numbers are for check_log to tell.
   /// @throws InvalidArgument naming the field.
   void validate() const;
@@ -47,6 +51,11 @@ struct JointLog {
           "Names of the columns of temperature in the log; empty: temperature1, temperature2, ...");
   }
 };
+
+/// The log before its last part, and that part: the share `last` [-] of its span of time. Rows without a time stay in
+/// the first.
+/// @throws InvalidArgument for sizes that differ, or a share that is not 0 to 1.
+std::pair<JointLog, JointLog> split_log(const JointLog& log, double last);
 
 /// What may be wrong with a log.
 enum class LogFault {

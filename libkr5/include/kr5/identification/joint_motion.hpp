@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include <Eigen/Core>
@@ -41,5 +42,10 @@ struct JointMotion {
           "[rad/s or m/s].");
   }
 };
+
+/// Motions of one arm one after the other, each of them at least one run. Temperatures are kept where all have them;
+/// the noise of the speeds is that of the noisiest.
+/// @throws InvalidArgument for no motion, or other joints.
+JointMotion merged_motion(std::span<const JointMotion> motions);
 
 }  // namespace kr5::identification

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <kr5/identification/joint_motion.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -40,6 +41,40 @@ void JointMotion::validate() const {
   }
   require(next == run_starts.size() && (run_starts.empty() || run_starts.front() == 0),
           "run_starts: rows in ascending order, 0 first");
+}
+
+JointMotion merged_motion(std::span<const JointMotion> motions) {
+  require(!motions.empty(), "motions: expected at least one");
+  const Eigen::Index joints = motions.front().q.cols();
+  Eigen::Index rows = 0;
+  for (const JointMotion& motion : motions) {
+    motion.validate();
+    require(motion.q.cols() == joints, "motions: expected " + std::to_string(joints) +
+                                           " joints as in the first, found " + std::to_string(motion.q.cols()));
+    rows += motion.samples();
+  }
+  const bool warm = std::all_of(motions.begin(), motions.end(), [](const auto& m) { return m.temperature.size() > 0; });
+  const Eigen::MatrixXd empty = Eigen::MatrixXd::Zero(rows, joints);
+  JointMotion out{Eigen::VectorXd::Zero(rows), empty, empty, empty, empty, {}};
+  if (warm) out.temperature = empty;
+  Eigen::Index at = 0;
+  for (const JointMotion& motion : motions) {
+    const Eigen::Index n = motion.samples();
+    out.t.segment(at, n) = motion.t;
+    out.q.middleRows(at, n) = motion.q;
+    out.qd.middleRows(at, n) = motion.qd;
+    out.qdd.middleRows(at, n) = motion.qdd;
+    out.tau.middleRows(at, n) = motion.tau;
+    if (warm) out.temperature.middleRows(at, n) = motion.temperature;
+    if (motion.run_starts.empty()) out.run_starts.push_back(static_cast<int>(at));
+    for (const int start : motion.run_starts) out.run_starts.push_back(static_cast<int>(at) + start);
+    if (out.speed_noise.size() == 0)
+      out.speed_noise = motion.speed_noise;
+    else if (motion.speed_noise.size() > 0)
+      out.speed_noise = out.speed_noise.cwiseMax(motion.speed_noise).eval();
+    at += n;
+  }
+  return out;
 }
 
 }  // namespace kr5::identification

@@ -70,16 +70,6 @@ void name_missing(const JointLog& log, std::vector<char>& keep, std::vector<LogF
     for (Index j = 0; j < g.values->cols(); ++j) scan(g.values->col(j), (log.*g.name)(j), j);
 }
 
-JointLog rows_of(const JointLog& log, const std::vector<Index>& rows) {
-  JointLog out = log;
-  out.t = log.t(rows);
-  out.q = log.q(rows, Eigen::all);
-  if (log.qd.size() > 0) out.qd = log.qd(rows, Eigen::all);
-  out.tau = log.tau(rows, Eigen::all);
-  if (log.temperature.size() > 0) out.temperature = log.temperature(rows, Eigen::all);
-  return out;
-}
-
 LogFinding clock_finding(LogFault fault, LogSeverity severity, double from, double to, double value,
                          const std::string& text) {
   return {fault, severity, "t", 0, from, to, value, "t: " + text};
@@ -540,7 +530,7 @@ LogScan scan_log(const JointLog& log, const ConditioningOptions& options) {
   std::vector<char> keep(static_cast<std::size_t>(log.t.size()), 1);
   name_missing(log, keep, out.findings);
   OrderedLog& data = out.ordered;
-  data.log = rows_of(log, ordered_rows(log, keep, out.findings));
+  data.log = log.with_rows(ordered_rows(log, keep, out.findings));
   data.faulty.assign(static_cast<std::size_t>(data.rows()), 0);
   if (data.rows() < min_rows) return out;
   std::vector<double> steps;
