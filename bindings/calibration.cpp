@@ -29,6 +29,7 @@
 #include <kr5/calibration/scanner.hpp>
 #include <kr5/calibration/scanner_points.hpp>
 #include <kr5/calibration/sphere_fit.hpp>
+#include <kr5/calibration/target_size.hpp>
 #include <kr5/calibration/timed_hand_eye.hpp>
 #include <kr5/calibration/tool.hpp>
 #include <kr5/calibration/turn_agreement.hpp>
@@ -152,6 +153,20 @@ static void bind_pose_convention(py::module_& m) {
       "which robot and camera agree best first. `readings`: list of PoseRows; `views`: list of ViewOfPose. Inverted "
       "poses with the other mount agree equally well, so that the meaning is T_base_flange. Raises InvalidArgument for "
       "a view of a row that is not there.");
+}
+
+static void bind_target_size(py::module_& m) {
+  kr5::python::bind_struct<TargetSize>(m, "TargetSize", "Size of a target that the robot poses tell.");
+  m.def(
+      "size_from_poses",
+      [](const std::vector<PoseRows>& readings, const std::vector<ViewOfPose>& views, const kr5::Pinhole& camera,
+         const std::vector<PoseConvention>& conventions) {
+        return size_from_poses(readings, views, camera, conventions);
+      },
+      py::arg("readings"), py::arg("views"), py::arg("camera"), py::arg("conventions"),
+      py::call_guard<py::gil_scoped_release>(),
+      "The size of the target with which robot and camera agree best, as TargetSize; None when no size agrees better\n"
+      "than the stated one. `conventions`: as rank_conventions gives them for the stated size.");
 }
 
 static void bind_tool(py::module_& m) {
@@ -618,6 +633,7 @@ void bind_calibration(py::module_& m) {
   bind_diagnosis(m);
   bind_evaluation(m);
   bind_pose_convention(m);
+  bind_target_size(m);
   bind_tool(m);
   bind_timed_hand_eye(m);
   bind_kinematics_calibration(m);

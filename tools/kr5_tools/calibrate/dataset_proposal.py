@@ -18,8 +18,8 @@ from kr5.files.paths import library_path
 
 from kr5_tools.calibrate.datasets import camera_of, read_dataset
 from kr5_tools.calibrate.pose_pairs import check_holds_no_pairs
-from kr5_tools.calibrate.target_guess import GUESSED, QUICK, guess_target
-from kr5_tools.calibrate.target_size import rank, size_from_poses
+from kr5_tools.calibrate.target_guess import GUESSED, QUICK, TargetGuess, guess_target
+from kr5_tools.calibrate.target_size import resized_name, resized_sightings
 from kr5_tools.cli.terminal import spinner
 from kr5_tools.targets.sightings import Sightings, find_in_images, load_image, load_target
 
@@ -95,14 +95,21 @@ def propose_dataset(folder: Path, target: str | None, camera_file: Path | None =
     reasons: list[Reason] = []
     images = find_images(folder, reasons)
     poses, readings = _poses(folder, images, reasons)
-    name, seen, why = _target(folder, images, target)
+    shown, seen = _target(folder, images, target)
     found, camera, how = _camera(folder, seen, camera_file)
-    conventions = _conventions(readings, seen, camera)
-    is_sure = GUESSED not in why
-    if not is_sure and (sized := size_from_poses(name, seen, readings, camera, conventions)):
-        is_sure = _is_clear(sized.conventions)
-        why = why.replace(GUESSED, _size_reason(conventions[0].error, sized.conventions[0].error))
-        name, seen, conventions = sized.name, sized.seen, sized.conventions
+    views = [calibration.ViewOfPose(pose=i, view=v) for i, v in zip(seen.index, seen.views, strict=True)]
+    conventions = _conventions(readings, views, camera)
+    name, why, is_sure = shown.name, shown.why, not shown.is_size_guessed
+    if not is_sure:
+        with spinner("Looking for the size of the target"):
+            sized = calibration.size_from_poses(readings, views, camera, conventions)
+        how = GUESSED
+        if sized:
+            is_sure = _is_clear(sized.conventions)
+            how = _size_reason(conventions[0].error, sized.conventions[0].error)
+            name, seen = resized_name(name, sized.factor), resized_sightings(seen, sized.factor)
+            conventions = sized.conventions
+        why = f"{why}; {how}"
     why = f"{why}; found in {len(seen.views)} of {len(images)} images"
     reasons.append(Reason("target", name, why, "high" if is_sure else "low"))
     reasons.append(Reason("camera", found.name if found else "-", how, "high"))
@@ -224,19 +231,19 @@ def _hints(folder: Path) -> tuple[str, dict[str, Any]]:
     return text, keys
 
 
-def _target(folder: Path, images: list[Path], given: str | None) -> tuple[str, Sightings, str]:
-    """Short form of the target, where it was seen, and why it is proposed."""
+def _target(folder: Path, images: list[Path], given: str | None) -> tuple[TargetGuess, Sightings]:
+    """The target, and where it was seen."""
     places = np.linspace(0, len(images) - 1, PROBES + 2)[1:-1].round().astype(int)
     probes = {images[i]: load_image(images[i]) for i in places} if not given else {}
-    name, why = (given, "given") if given else guess_target(*_hints(folder), probes)
+    shown = TargetGuess(given, "given") if given else guess_target(*_hints(folder), probes)
     seen = find_in_images(
         images,
-        load_target(name),
+        load_target(shown.name),
         least=4,
         options=None if given else QUICK,
         load=lambda file: probes[file] if file in probes else load_image(file),
     )
-    return name, seen, why
+    return shown, seen
 
 
 def _camera(folder: Path, seen: Sightings, given: Path | None) -> tuple[Path | None, kr5.Pinhole, str]:
@@ -251,11 +258,11 @@ def _camera(folder: Path, seen: Sightings, given: Path | None) -> tuple[Path | N
 
 
 def _conventions(
-    readings: list[calibration.PoseRows], seen: Sightings, camera: kr5.Pinhole
+    readings: list[calibration.PoseRows], views: list[calibration.ViewOfPose], camera: kr5.Pinhole
 ) -> list[calibration.PoseConvention]:
     """The readings of the poses, the one under which robot and camera agree best first."""
     with spinner("Trying conventions"):
-        found = rank(readings, seen, camera)
+        found = list(calibration.rank_conventions(readings, views, camera))
     if not found:
         raise kr5.InvalidArgument(
             "no convention of the robot poses allows a calibration with the images: too little"

@@ -4,6 +4,7 @@ import itertools
 import math
 import re
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import kr5
@@ -20,8 +21,17 @@ QUICK = vision.DetectOptions(explain=False)
 NAMED, GUESSED = "named in a text of the folder", "its size is a guess; measure it"
 
 
-def guess_target(text: str, keys: Mapping[str, object], images: dict[Path, np.ndarray]) -> tuple[str, str]:
-    """Short form of the target that most of the images show, and why it was tried."""
+@dataclass(frozen=True)
+class TargetGuess:
+    """Short form of a target, and why it is tried."""
+
+    name: str
+    why: str
+    is_size_guessed: bool = False  # nothing tells it
+
+
+def guess_target(text: str, keys: Mapping[str, object], images: dict[Path, np.ndarray]) -> TargetGuess:
+    """The target that most of the images show."""
     if best := _best(_named(text, keys), images):
         return best
     shown = _shown(images.values())
@@ -35,14 +45,14 @@ def guess_target(text: str, keys: Mapping[str, object], images: dict[Path, np.nd
     raise kr5.InvalidArgument(f"no known target was found in {', '.join(map(str, images))}; name it with --target")
 
 
-def _best(way: list[tuple[str, str]], images: dict[Path, np.ndarray]) -> tuple[str, str] | None:
-    """The one, of targets with why they are tried, that most of the images show; None when no image shows one."""
+def _best(way: list[TargetGuess], images: dict[Path, np.ndarray]) -> TargetGuess | None:
+    """The one that most of the images show; None when no image shows one."""
     best, most = None, 0
-    for name, why in track(way, "Trying targets"):
-        target = kr5.parse_target(name)
+    for tried in track(way, "Trying targets"):
+        target = kr5.parse_target(tried.name)
         count = sum(str(vision.find_target(image, target, QUICK).status) == "found" for image in images.values())
         if count > most:
-            best, most = (name, why), count
+            best, most = tried, count
         if count == len(images):
             break
     return best
@@ -74,7 +84,7 @@ def _number(value: object) -> float:
     return number if math.isfinite(number) else 0.0
 
 
-def _named(text: str, keys: Mapping[str, object]) -> list[tuple[str, str]]:
+def _named(text: str, keys: Mapping[str, object]) -> list[TargetGuess]:
     """Targets that the texts speak of."""
     out = []
     rows, cols, size = keys.get("rows"), keys.get("cols"), _size(text, keys)
@@ -82,33 +92,34 @@ def _named(text: str, keys: Mapping[str, object]) -> list[tuple[str, str]]:
         return []
     if rows and cols and "aruco_marker_dim" in keys:
         family = OPENCV_DICTIONARIES.get(int(_number(keys.get("dictionary", 10))), "aruco_6x6_250")
-        out.append((f"charuco:{family}:{rows}x{cols}:{size}:{keys['aruco_marker_dim']}", NAMED))
+        out.append(TargetGuess(f"charuco:{family}:{rows}x{cols}:{size}:{keys['aruco_marker_dim']}", NAMED))
     elif rows and cols:
-        out += [(f"{kind}:{rows}x{cols}:{size}", NAMED) for kind in ("circles", "chessboard")]
+        out += [TargetGuess(f"{kind}:{rows}x{cols}:{size}", NAMED) for kind in ("circles", "chessboard")]
     if board := re.search(r"(\d+)\s*x\s*(\d+)", text):
         a, b = board.groups()
-        out += [(f"chessboard:{r}x{c}:{size}", f"size {NAMED}") for r, c in ((b, a), (a, b))]
+        out += [TargetGuess(f"chessboard:{r}x{c}:{size}", f"size {NAMED}") for r, c in ((b, a), (a, b))]
     return out
 
 
-def _usual(text: str, keys: Mapping[str, object]) -> list[tuple[str, str]]:
+def _usual(text: str, keys: Mapping[str, object]) -> list[TargetGuess]:
     """Boards that many have."""
     boards = [(6, 9), (6, 8), (5, 8), (7, 9), (7, 10), (8, 11), (5, 7), (7, 7), (8, 8), (4, 6), (6, 7), (9, 14)]
     grids = [(10, 10), (4, 5), (7, 7), (5, 7), (6, 9)]
     size = _size(text, keys)
-    why = "found by trying" + ("" if size else f"; {GUESSED}")
-    out = [(f"chessboard:{r}x{c}:{size or 0.025}", why) for r, c in boards]
-    return out + [(f"circles:{r}x{c}:{size or 0.02}", why) for r, c in grids]
+    names = [f"chessboard:{r}x{c}:{size or 0.025}" for r, c in boards]
+    names += [f"circles:{r}x{c}:{size or 0.02}" for r, c in grids]
+    return [TargetGuess(name, "found by trying", is_size_guessed=not size) for name in names]
 
 
-def _tags(text: str, keys: Mapping[str, object], shown: vision.TagGrid) -> list[tuple[str, str]]:
+def _tags(text: str, keys: Mapping[str, object], shown: vision.TagGrid) -> list[TargetGuess]:
     """The one tag, or the board of tags, that the images show, with why."""
     named = _size(text, keys)
-    size, how = float(named or 0.05), f"size {NAMED}" if named else GUESSED
+    size, how = float(named or 0.05), f"; size {NAMED}" if named else ""
     if len(shown.ids) == 1:
-        return [(f"tag:{shown.family}:{shown.ids[0]}:{size:g}", f"one tag of {shown.family} seen; {how}")]
+        name = f"tag:{shown.family}:{shown.ids[0]}:{size:g}"
+        return [TargetGuess(name, f"one tag of {shown.family} seen{how}", is_size_guessed=not named)]
     if not shown.fit.usable:
         return []
     name = f"grid:{shown.family}:{shown.rows}x{shown.cols}:{size:g}:{shown.gap * size:.3g}"
     seen = f"{len(shown.ids)} tags of {shown.family} seen in rows of {shown.cols}, with gaps of {shown.gap:.3f} sides"
-    return [(name, f"{seen}; {how}")]
+    return [TargetGuess(name, seen + how, is_size_guessed=not named)]
