@@ -81,6 +81,7 @@ void bind_drives(py::module_& m) {
   bind_struct<DriveOptions>(m, "DriveOptions", "Options of identify_drives.");
   bind_struct<DriveOutlier>(m, "DriveOutlier", "A reading that contradicts the others.");
   bind_struct<DriveCoupling>(m, "DriveCoupling", "An element of the structure matrix beside its diagonal.");
+  bind_struct<UnseenCoupling>(m, "UnseenCoupling", "An element of the structure matrix that the readings cannot show.");
   bind_struct<DriveResult>(m, "DriveResult", "Structure matrix of the drives with its couplings.");
   m.def("identify_drives", &identify_drives, py::arg("readings"), py::arg("options") = DriveOptions{},
         "Structure matrix, counts per turn and couplings from encoder counts and joint angles (Hayat et al. 2022, eq. "

@@ -81,7 +81,11 @@ TEST_CASE("the book's table gives its gear ratios and names the bad reading of j
     CHECK(got.counts_per_turn[j] == Approx(counts[j]).epsilon(1e-3));
   }
   CHECK(got.couplings.empty());
-  CHECK(got.warnings.size() == 30);  // no coupling can be told
+  CHECK(got.warnings.empty());
+  REQUIRE(got.unseen.size() == 30);  // no coupling can be told
+  CHECK(got.unseen[0].motor == 1);
+  CHECK(got.unseen[0].joint == 2);
+  CHECK_THAT(got.unseen[0].text, Contains("motor 1") && Contains("whether joint 2 turns it"));
   REQUIRE(got.outliers.size() == 1);
   CHECK(got.outliers[0].motor == 4);
   CHECK(got.outliers[0].reading == 5 * 3 + 3);
@@ -105,6 +109,7 @@ TEST_CASE("couplings of the wrist are found from counts, and no others") {
   REQUIRE(got.couplings.size() == 3);
   CHECK(got.outliers.empty());
   CHECK(got.warnings.empty());
+  CHECK(got.unseen.empty());
   for (Index i = 0; i < 6; ++i)
     for (Index j = 0; j < 6; ++j)
       if (S(i, j) == 0.0)

@@ -136,6 +136,8 @@ TEST_CASE("loads of one sign leave play and offset together, which is said") {
   CHECK(one_sided.gap == 0.0);
   CHECK(one_sided.offset == Approx(4e-4).epsilon(0.05));
   CHECK_THAT(one_sided.message, Contains("loads of both signs are needed"));
+  CHECK(one_sided.told);
+  CHECK(one_sided.doubtful);
 }
 
 TEST_CASE("readings that tell nothing, or something else, are named") {
@@ -156,7 +158,9 @@ TEST_CASE("readings that tell nothing, or something else, are named") {
   bad = sound;
   bad.motor += 0.01 * bad.link;
   CHECK_THAT(message(bad), Contains("grows with the angle by 0.00999") && Contains("check the gear ratio"));
+  CHECK(identify_elasticity(bad).joints[0].doubtful);
   CHECK_THAT(message(sound), !Contains("ratio"));
+  CHECK_FALSE(identify_elasticity(sound).joints[0].doubtful);
   bad = sound;
   bad.motor *= 100.0;
   CHECK_THROWS_WITH(identify_elasticity(bad), Contains("motor: joint 1 differs") && Contains("over the gear ratio"));

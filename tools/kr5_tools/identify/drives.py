@@ -127,10 +127,9 @@ def result_keys(file: Path, result: kr5.identification.DriveResult) -> dict[str,
         )
         for o in result.outliers
     ]
-    untold = [w for w in result.warnings if "the readings do not show whether" in w]
-    warnings += [w for w in result.warnings if w not in untold]
-    if untold:
-        warnings.append(f"{len(untold)} couplings are not determined, for example {untold[0]}")
+    warnings += result.warnings
+    if unseen := result.unseen:
+        warnings.append(f"{len(unseen)} couplings are not determined, for example {unseen[0].text}")
     text = f"{len(result.couplings)} couplings between joints and motors"
     return {
         "input": {"file": str(file)},

@@ -179,7 +179,7 @@ def result_keys(
         if s.told and s.attenuation < 1:
             name = f"compliance of joint {s.joint} by least squares over the true one"
             figures.append(figure_row(name, s.attenuation, None, "-"))
-        if s.message != "stiffness determined":
+        if s.doubtful:
             warnings.append(f"joint {s.joint}: {s.message}")
     every = max(1, len(readings.link) // MOST_SHOWN)
     lead = np.asarray(readings.motor) - np.asarray(readings.link)

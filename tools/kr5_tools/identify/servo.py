@@ -148,8 +148,7 @@ def figures_of(name: str, found: identification.ServoResult) -> list[dict[str, A
 def _keys(source: Path, logs: dict[str, Any], results: dict[str, Any]) -> dict[str, Any]:
     figures = [row for name, found in results.items() for row in figures_of(name, found)]
     warnings = [f"{name}: {text}" for name, found in results.items() for text in found.warnings]
-    limits = [text for text in warnings if "second overshoot" in text]  # of the formula, not of the fit
-    warnings = [text for text in warnings if text not in limits]
+    limits = [f"{name}: {text}" for name, found in results.items() for text in found.overshoot_limits]
     text = "; ".join([f"identified from {sum(len(log.t) for log in logs.values())} samples", *limits])
     responses = []
     for name, found in results.items():

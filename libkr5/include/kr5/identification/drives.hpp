@@ -91,6 +91,20 @@ struct DriveCoupling {
   }
 };
 
+/// An element of S beside its diagonal that the readings cannot show: the joint was not moved, or not read, beside the
+/// motor.
+struct UnseenCoupling {
+  int motor = 0;  ///< From 1.
+  int joint = 0;  ///< From 1.
+  std::string text;
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("motor", self.motor, "Motor, from 1.");
+    visit("joint", self.joint, "Joint of which it is not known whether it turns the motor, from 1.");
+    visit("text", self.text, "The same in words, with the reason.");
+  }
+};
+
 struct DriveResult {
   Eigen::MatrixXd structure;                ///< S, motors x joints; zero where no coupling was found [-].
   Eigen::MatrixXd sigma;                    ///< Standard deviations of its elements [-].
@@ -99,6 +113,7 @@ struct DriveResult {
   Eigen::MatrixXd counts_per_joint;         ///< T_j of eq. 4.48, motors x joints [1/rad or 1/m].
   Eigen::VectorXd noise;                    ///< Standard deviation of a joint reading, by motor [rad or m].
   std::vector<DriveCoupling> couplings;
+  std::vector<UnseenCoupling> unseen;
   std::vector<DriveOutlier> outliers;
   std::vector<std::string> warnings;
   FitReport fit;
@@ -112,6 +127,7 @@ struct DriveResult {
           "Encoder counts per joint angle, T_j of eq. 4.48, motors x joints [1/rad or 1/m].");
     visit("noise", self.noise, "Standard deviation of a joint reading, seen by each motor [rad or m].");
     visit("couplings", self.couplings, "Elements beside the diagonal that the data show.");
+    visit("unseen", self.unseen, "Elements beside the diagonal that the readings cannot show.");
     visit("outliers", self.outliers, "Readings that contradict the others.");
     visit("warnings", self.warnings, "Reasons for doubt.");
     visit("fit", self.fit, "Status of the estimation.");

@@ -77,6 +77,7 @@ struct JointSpring {
   double torque_spread = 0.0;  ///< [N m or N]
   double attenuation = 1.0;    ///< [-]
   int readings = 0;
+  bool doubtful = true;
   std::string message = "not run";
 
   static void each_field(auto& self, auto&& visit) {
@@ -98,6 +99,7 @@ struct JointSpring {
     visit("attenuation", self.attenuation,
           "Ratio of the compliance by least squares to the true one, because of the torque noise [-].");
     visit("readings", self.readings, "Number of readings that were used.");
+    visit("doubtful", self.doubtful, "Whether the message tells more than that the stiffness is determined.");
     visit("message", self.message, "Explanation.");
   }
 };

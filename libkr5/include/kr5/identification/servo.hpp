@@ -102,6 +102,7 @@ struct ServoResult {
   double max_speed = 0.0;
   std::optional<OvershootReading> overshoot;
   Eigen::VectorXd predicted;
+  std::vector<std::string> overshoot_limits;
   std::vector<std::string> warnings;
   FitReport fit;
 
@@ -119,6 +120,8 @@ struct ServoResult {
     visit("max_speed", self.max_speed, "Maximum speed of the fitted response [m/s or rad/s].");
     visit("overshoot", self.overshoot, "Formula of the overshoot on the largest step; absent where none is seen.");
     visit("predicted", self.predicted, "Fitted response at each sample [m or rad].");
+    visit("overshoot_limits", self.overshoot_limits,
+          "What the formula of the overshoot cannot tell of this response; of no concern to the fit.");
     visit("warnings", self.warnings,
           "Quantities that the response does not determine, and evidence against the model.");
     visit("fit", self.fit, "Report of the estimation.");

@@ -112,7 +112,7 @@ double element_sigma(const MotorModel& m, Index element, const ReadingNoise& noi
 }
 
 /// Joints that may turn a motor: those that were read and moved beside the motor's own.
-std::vector<Index> candidate_joints(const Readings& data, Index motor, std::vector<std::string>& warnings) {
+std::vector<Index> candidate_joints(const Readings& data, Index motor, std::vector<UnseenCoupling>& unseen) {
   std::vector<Index> out = {motor};
   for (Index j = 0; j < data.q.cols(); ++j) {
     if (j == motor) continue;
@@ -125,8 +125,9 @@ std::vector<Index> candidate_joints(const Readings& data, Index motor, std::vect
     if (high - low > min_drive_motion)
       out.push_back(j);
     else
-      warnings.push_back("motor " + std::to_string(motor + 1) + ": the readings do not show whether joint " +
-                         std::to_string(j + 1) + " turns it: that joint was not moved, or not read, beside it");
+      unseen.push_back({static_cast<int>(motor) + 1, static_cast<int>(j) + 1,
+                        "motor " + std::to_string(motor + 1) + ": the readings do not show whether joint " +
+                            std::to_string(j + 1) + " turns it: that joint was not moved, or not read, beside it"});
   }
   return out;
 }
@@ -267,7 +268,7 @@ DriveResult identify_drives(const DriveReadings& readings, const DriveOptions& o
   for (std::size_t k = 0; k < models.size(); ++k) {
     MotorModel& m = models[k];
     m.motor = static_cast<Index>(k);
-    m.joints = candidate_joints(data, m.motor, out.warnings);
+    m.joints = candidate_joints(data, m.motor, out.unseen);
     candidates[k] = std::max<double>(1.0, static_cast<double>(m.joints.size()) - 1);
     solve_motor(data, left_out[k], m);
     if (!m.determined) {

@@ -212,6 +212,7 @@ JointSpring spring_of(const ElasticityReadings& readings, Index joint, const Ela
                   " N m or N beside noise of " + short_number(noise);
   }
   out.message += note;
+  out.doubtful = !out.told || !note.empty();
   return out;
 }
 

@@ -204,9 +204,10 @@ void add_servo_warnings(ServoResult& out, const ServoLog& log, const std::vector
       out.warnings.push_back("natural frequency and " + name + " are determined only together (correlation " +
                              short_number(correlation(0, index)) + "): sample faster, or excite faster");
   if (out.overshoot && out.overshoot->second_overshoot < 2 * out.noise)
-    out.warnings.push_back("the second overshoot would be " + short_number(out.overshoot->second_overshoot) +
-                           " against noise of " + short_number(out.noise) +
-                           " m or rad: a spacing of peaks cannot be read; the period is twice the time to the first");
+    out.overshoot_limits.push_back(
+        "the second overshoot would be " + short_number(out.overshoot->second_overshoot) + " against noise of " +
+        short_number(out.noise) +
+        " m or rad: a spacing of peaks cannot be read; the period is twice the time to the first");
   const double scatter = neighbour_noise(log.response, runs);
   if (scatter > 0 && out.noise > 3 * scatter)
     out.warnings.push_back("the residuals are " + short_number(out.noise / scatter) +
