@@ -26,6 +26,7 @@ class Family:
     motor_side: bool = False
     named: bool = False  # by the names of the joints, not by numbers
     note: str = ""  # what of a vector of the log was left out, or taken by its place alone
+    guessed_gripper: bool = False  # whether a component was left out as a gripper by its place alone
 
 
 @dataclass
@@ -80,7 +81,7 @@ def _add_vector(
     labels = [log.labels.get(column, "") for column in columns]
     by_name = _by_labels(columns, labels, joints)
     grippers = [c for c, label in zip(columns, labels) if arm_log.names_gripper(label)]
-    ordered, note = by_name, ""
+    ordered, note, guessed_gripper = by_name, "", False
     if by_name is not None:
         rest = [column for column in columns if column not in by_name]
         note = f"{', '.join(rest)} {_is_are(rest)} left out, a gripper or no joint of the arm" if rest else ""
@@ -90,7 +91,7 @@ def _add_vector(
         ordered = [column for column in columns if column not in grippers]
         note = f"{', '.join(grippers)} {_is_are(grippers)} left out, since a gripper is no joint of the arm"
     elif len(columns) == number + 1 and not any(labels):
-        ordered = columns[:-1]
+        ordered, guessed_gripper = columns[:-1], True
         note = f"{columns[-1]} is left out, taken for a gripper: the arm has {number} joints, and the vector one more"
     if ordered is None:
         found.joint_words += [label for label in labels if label and label not in found.joint_words]
@@ -101,7 +102,7 @@ def _add_vector(
         place = f"{', '.join(told)} of {stem} are taken in this order for {', '.join(joints)}"
         note = f"{note}; {place}" if note else place
     family = _family(name, list(ordered), f"{stem}.{JOINT}", by_name is not None)
-    family.note = note
+    family.note, family.guessed_gripper = note, guessed_gripper
     found.families.setdefault(name, []).append(family)
 
 

@@ -391,7 +391,7 @@ def _add_text_column(log: Log, name: str, texts: list[str], delimiter: str | Non
     cells = ["nan" if _is_missing(text) else text for text in texts]
     if delimiter != "," and any("," in c for c in cells):
         cells = [c.replace(",", ".") for c in cells]
-        log.form += [] if "decimal commas" in log.form else ["decimal commas"]
+        log.form = list(dict.fromkeys([*log.form, "decimal commas"]))
     try:
         log.add(name, np.array(cells, float), "")
     except ValueError:

@@ -116,7 +116,7 @@ def _number_of_joints(log: Log) -> int:
 def _is_plain(families: FoundFamilies) -> bool:
     """Whether positions are read without a component taken for a gripper by its place alone."""
     first = families.first("q")
-    return first is not None and "taken for a gripper" not in first.note
+    return first is not None and not first.guessed_gripper
 
 
 def _joints_alone(number: int) -> kr5.cell.Cell:

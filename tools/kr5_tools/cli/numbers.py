@@ -72,8 +72,8 @@ def format_range(low: float, high: float) -> str:
     return f"{low:.3g} to {high:.3g}"
 
 
-def format_percent(share: float) -> str:
+def format_percent(share: float, more: str = "more than", less: str = "less than") -> str:
     """A share that says neither 0 nor 100 %, which no measurement does; what is below 0 is less than 1 %."""
     if share >= 0.995:
-        return "more than 99.9 %" if share > 0.9995 else "more than 99 %"
-    return "less than 1 %" if share < 0.005 else f"{100 * share:.0f} %"
+        return f"{more} 99.9 %" if share > 0.9995 else f"{more} 99 %"
+    return f"{less} 1 %" if share < 0.005 else f"{100 * share:.0f} %"

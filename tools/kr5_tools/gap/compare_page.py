@@ -97,7 +97,7 @@ def _parameter_rows(change: dict[str, Any], parameter: dict[str, Any], first: bo
 
 
 def _short_percent(share: float) -> str:
-    return format_percent(share).replace("more than", ">").replace("less than", "<")
+    return format_percent(share, more=">", less="<")
 
 
 def _number(values: list[float], k: int, factor: float, std: float) -> str:

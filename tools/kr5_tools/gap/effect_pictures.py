@@ -181,7 +181,7 @@ def _variables(
 
 def _value_texts(effect: str, target: str, cell: kr5.cell.Cell, changed: kr5.cell.Cell) -> list[str]:
     """The parameters of the effect, with what the cell says where they replace it."""
-    from kr5_tools.gap_report.parameter_rows import parameter_rows
+    from kr5_tools.gap_report.parameter_rows import is_pose, parameter_rows
 
     values = changed.effects.to_dict()[effect][target]
     units = {p.name: p.unit for p in kr5.cell.find_effect(effect).parameters}
@@ -191,7 +191,7 @@ def _value_texts(effect: str, target: str, cell: kr5.cell.Cell, changed: kr5.cel
         zeros = [0.0] * (6 if np.ndim(value) == 2 else len(numbers))
         parameters.append(ParameterEstimate(name=name, value=numbers, std=zeros, unit=units[name]))
     rows = parameter_rows(Cause(effect=effect, target=target, parameters=parameters), cell)
-    if any(row["name"].startswith("turn about") for row in rows):
+    if any(is_pose(p) for p in parameters):
         sizes = [float(row["value"]) for row in rows]
         return [f"shifted by {np.linalg.norm(sizes[:3]):.2g} mm, turned by {np.linalg.norm(sizes[3:]):.2g}°"]
     texts = []
