@@ -1,6 +1,7 @@
 """`kr5 gap diagnose` and kr5.gap.diagnose."""
 
 import json
+from pathlib import Path
 
 import kr5.cell
 import kr5.gap
@@ -32,6 +33,7 @@ def test_a_labelled_recording_is_diagnosed(run_kr5, reference, tmp_path):
     tilt = data["causes"][0]["parameters"]["tilt"]
     assert tilt["unit"] == "rad" and len(tilt["value"]) == len(tilt["std"]) == 2
     assert data["shrink"]["after"] < 1.1 < data["shrink"]["before"]
+    assert Path(data["written"]["cell"]).name == "cell.yaml"
     cell = kr5.cell.load_cell(tmp_path / "cell.yaml")
     assert list(cell.effects.get("tube_tilt", "tube", "tilt")) == pytest.approx(tilt["value"])
     result = json.loads((tmp_path / "result.json").read_text())
@@ -44,7 +46,7 @@ def has_the_keys_of_the_format(data):
     """Those of kr5-gap/2: the fields of a diagnosis, and beside them the sentences made of them."""
     renamed = {"reduction": "shrink"}
     fields = {renamed.get(name, name) for name in kr5.gap.Diagnosis().to_dict()}
-    assert set(data) == (fields - {"seconds", "seconds_screening"}) | {"format", "text", "warnings"}
+    assert set(data) - {"written"} == (fields - {"seconds", "seconds_screening"}) | {"format", "text", "warnings"}
     assert data["text"].startswith("Cause: tilt of the tube")
     assert data["where"] and data["causes"]
     for place in data["where"]:

@@ -161,7 +161,8 @@ class DiagnoseOutputs:
         data = json.loads(found.to_json())
         data |= {"mujoco": check.to_dict()} if check is not None else {}
         files = {"model": self.model, "cell": self.cell}
-        data["written"] = {kind: str(file) for kind, file in files.items() if file is not None and file.exists()}
+        if made := {kind: str(file) for kind, file in files.items() if file is not None and file.exists()}:
+            data["written"] = made
         keys = {key: value for key, value in data.items() if key != "format"}
         result = results.write_result(self.result, data["format"], **keys, input=compared.inputs, seconds=found.seconds)
         writing.write_json(data, self.json_file)
