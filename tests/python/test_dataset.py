@@ -107,14 +107,15 @@ def test_a_size_with_its_unit_behind_it_is_left_and_said_to_be_guessed():
 def test_one_wrong_tag_does_not_make_a_board_larger():
     board = tags({i: (1.25 * (i % 4), 1.25 * (i // 4)) for i in range(20)})
     wrong = tags({**{i: (1.25 * (i % 4), 1.25 * (i // 4)) for i in range(20)}, 587: (9, 9)})
-    ((name, why),) = _tags("", {}, vision.guess_tag_grid([board, wrong, board]))
-    assert name == "grid:36h11:5x4:0.05:0.0125"
-    assert why.startswith("20 tags of 36h11 seen in rows of 4, with gaps of 0.250 sides; its size is a guess")
+    (guess,) = _tags("", {}, vision.guess_tag_grid([board, wrong, board]))
+    assert guess.name == "grid:36h11:5x4:0.05:0.0125" and guess.is_size_guessed
+    assert guess.why.startswith("20 tags of 36h11 seen in rows of 4, with gaps of 0.250 sides; its size is a guess")
 
 
 def test_one_tag_is_proposed_and_tags_on_one_line_are_not():
-    ((name, why),) = _tags("tag size: 0.04 m", {}, vision.guess_tag_grid([tags({3: (0, 0)})]))
-    assert name == "tag:36h11:3:0.04" and why == "one tag of 36h11 seen; size named in a text of the folder"
+    (guess,) = _tags("tag size: 0.04 m", {}, vision.guess_tag_grid([tags({3: (0, 0)})]))
+    assert guess.name == "tag:36h11:3:0.04" and not guess.is_size_guessed
+    assert guess.why == "one tag of 36h11 seen; size named in a text of the folder"
     assert not _tags("", {}, vision.guess_tag_grid([tags({i: (1.25 * i, 0) for i in range(8)})]))
 
 

@@ -114,7 +114,7 @@ def diagnose(
         written = outputs.write_models(found.cell, compared, reading)
         confirmed = confirmed_in_mujoco(written, found.cell, compared, reading)
     finally:  # what was found is kept, even if a model cannot be written
-        diagnosis = outputs.write_results(found, compared, confirmed)
+        diagnosis = outputs.write_results(found, compared, confirmed, written)
     print_diagnosis(diagnosis, compared, to, everything, confirmed)
     if written is not None:
         print_model(written, found.cell if found.causes else None, compared.recording, to)
@@ -151,17 +151,21 @@ class DiagnoseOutputs:
             check_editable(original.file, original.base, original.tip)
 
     def write_results(
-        self, found: kr5.gap.Diagnosis, compared: ComparedSource, check: MujocoCheck | None
+        self,
+        found: kr5.gap.Diagnosis,
+        compared: ComparedSource,
+        check: MujocoCheck | None,
+        written: WrittenModel | None,
     ) -> DiagnosisFile:
-        """The recording and the result files; returns the result."""
+        """The recording and the result files; returns the result. `written`: the model, where it could be."""
         if self.recording:
             with writing.folder_beside(self.recording) as new:
                 kr5.cell.save_recording(compared.recording, new)
             compared.inputs["recording"] = str(self.recording.resolve())
         data = json.loads(found.to_json())
         data |= {"mujoco": check.to_dict()} if check is not None else {}
-        files = {"model": self.model, "cell": self.cell}
-        if made := {kind: str(file) for kind, file in files.items() if file is not None and file.exists()}:
+        files = {"model": self.model if written else None, "cell": self.cell}
+        if made := {kind: str(file) for kind, file in files.items() if file is not None}:
             data["written"] = made
         keys = {key: value for key, value in data.items() if key != "format"}
         result = results.write_result(self.result, data["format"], **keys, input=compared.inputs, seconds=found.seconds)
