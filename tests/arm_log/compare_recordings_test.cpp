@@ -6,6 +6,7 @@
 
 #include <kr5/arm_log/comparison_text.hpp>
 #include <kr5/arm_log/diagnose_log.hpp>
+#include <kr5/cell/effect.hpp>
 #include <kr5/core/error.hpp>
 #include <kr5/core/statistics.hpp>
 #include <kr5/uncertainty/confidence.hpp>
@@ -72,7 +73,7 @@ TEST_CASE("friction that grew is the only change between two logs") {
   CHECK(size.std.at(0) < 0.3);
 }
 
-TEST_CASE("a payload is the only change between logs with and without it") {
+TEST_CASE("a payload is the only change between logs with and without it", "[not_sanitized]") {
   cell::Cell loaded = worn_arm();
   cell::set_effect(loaded, "payload", "tool", "mass", 1.2);
   cell::set_effect(loaded, "payload", "tool", "com", Eigen::VectorXd(Eigen::Vector3d(0.02, 0.0, 0.06)));
@@ -99,7 +100,7 @@ cell::Cell carrying(cell::Cell arm, double mass) {
   return arm;
 }
 
-TEST_CASE("a heavier payload is told with its whole mass") {
+TEST_CASE("a heavier payload is told with its whole mass", "[not_sanitized]") {
   cell::Cell described = moved_arm();
   described.drives->friction.coulomb[1] = 2.0;
   const auto found = compared(carrying(described, 1.0), carrying(described, 1.5));
@@ -109,7 +110,7 @@ TEST_CASE("a heavier payload is told with its whole mass") {
   CHECK(mass.second.at(0) - mass.first.at(0) == Approx(0.5).margin(4 * mass.std[0]));
 }
 
-TEST_CASE("a ripple of both arms is no change") {
+TEST_CASE("a ripple of both arms is no change", "[not_sanitized]") {
   cell::Cell arm = worn_arm();
   cell::set_effect(arm, "torque_ripple", "joint2", "amplitude", 1.0);
   cell::set_effect(arm, "torque_ripple", "joint2", "cycles", 24.0);
@@ -128,7 +129,7 @@ TEST_CASE("a load that one log did not measure is no change") {
   CHECK(found.changes.empty());
 }
 
-TEST_CASE("a joint that turns one way only in the first log widens what is said of it") {
+TEST_CASE("a joint that turns one way only in the first log widens what is said of it", "[not_sanitized]") {
   LoggedMotionOptions slow;
   slow.slowness = 4.0;
   arm_log::ArmLog log = logged(worn_arm(), slow);
