@@ -157,7 +157,7 @@ BestArm best_arm_with_delay(const cell::Cell& cell, const std::vector<cell::Expe
   const BestArm on_time = fit.at(0.0);
   if (on_time.left.size() == 0 || live.empty()) return on_time;
   const DelayLikelihood likelihood(on_time.left, spread_of_torques(cell, motions), live);
-  const auto cost = [&](double delay) { return likelihood.cost((delay == 0.0 ? on_time : fit.at(delay)).left); };
+  const auto cost = [&](double delay) { return likelihood.cost(delay == 0.0 ? on_time.left : fit.at(delay).left); };
   const double row = middle_step(motions.front().data.column("t"));
   const double delay = best_delay(std::max(row, min_delay_step), cost);
   if (std::abs(delay) < row / 2) return on_time;
