@@ -152,7 +152,7 @@ TEST_CASE("recordings of different robots are not compared") {
                   InvalidArgument);
 }
 
-TEST_CASE("standard deviations of a change hold the uncertainty of both logs", "[statistics]") {
+TEST_CASE("standard deviations of a change hold the uncertainty of both logs", "[statistics][not_sanitized]") {
   cell::Cell later = worn_arm();
   later.drives->friction.viscous[1] += 1.5;
   const int trials = 40;

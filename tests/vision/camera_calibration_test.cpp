@@ -268,6 +268,7 @@ TEST_CASE("of boards so far off that another focal length explains them nearly a
   }
   CAPTURE(told, usable, wrong, n);
   check_rate(usable, n, 0.5, 0.3);
+  if (usable == 0) return;  // of the two trials under sanitizers
   check_rate(told, usable, 0.5, 0.3);
   check_rare(wrong, usable, fit::pipeline::undecided, 0.06);
 }

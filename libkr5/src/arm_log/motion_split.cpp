@@ -229,7 +229,7 @@ std::vector<MotionSpan> stretches_of(const Piece& piece, const LoggedMotion& log
   if (piece.rows.size() / stride <= most) return {piece.span};
   const Index length = most / stretches * stride;
   // A longer log tells more, up to what a diagnosis has time for: with sixteen times the rows half the interval.
-  const double longer = std::sqrt(static_cast<double>(piece.rows.size() / stride) / static_cast<double>(most));
+  const double longer = std::sqrt(static_cast<double>(piece.rows.size()) / static_cast<double>(stride * most));
   const auto count = static_cast<Index>(stretches * std::min(longer, most_longer));
   std::vector<MotionSpan> out;
   for (Index k = 0; k < count; ++k) {
