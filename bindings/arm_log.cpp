@@ -54,7 +54,7 @@ void bind_log(py::module_& m) {
         "Whether stamps count rows, each one above the last, so that they tell no time.");
   bind_enum<JointUnit>(m, "JointUnit", "Unit of logged joint angles of which nothing tells it.");
   bind_struct<JointUnitGuess>(m, "JointUnitGuess", "Unit of logged joint angles by their numbers.");
-  m.attr("MOST_RADIANS") = most_radians;
+  m.attr("MAX_RADIANS") = max_radians;
   m.def("guess_joint_unit", &guess_joint_unit, py::arg("values"), py::arg("lower"), py::arg("upper"),
         "Unit of logged angles, rows x joints that turn; lower, upper: limits of these joints [rad], may be empty.");
   m.def("magnitudes_only", &magnitudes_only, py::arg("loads"),
@@ -102,7 +102,7 @@ void bind_motions(py::module_& m) {
         "Positions at other times, by the cubic spline through them.");
   m.def("kept_rows", &kept_rows, py::arg("t"), py::arg("smoothing"), py::arg("experiment"), py::arg("positions"),
         py::arg("most") = 0, "Rows, from 0, that an experiment keeps of a log; most: limit of their number, 0: none.");
-  m.attr("MOST_ROWS") = most_experiment_rows;
+  m.attr("MOST_ROWS") = max_experiment_rows;
   m.attr("SMOOTHING_MARGIN") = smoothing_margin;
   m.def(
       "settle_time", &settle_time, py::arg("cell"), py::arg("q"),

@@ -53,8 +53,8 @@ static void bind_parts(py::module_& m) {
   bind_struct<Target, kr5::Target>(m, "Target", "Target of the cell with its pose.");
   bind_struct<PlacedObject, kr5::Solid>(m, "PlacedObject", "Solid in the cell.");
   bind_struct<Board>(m, "Board", "Marker board.").def("target", &Board::target, "Board as a general target.");
-  bind_struct<LaserTarget>(m, "LaserTarget", "Object measured by the line scanner.");
-  bind_struct<Laser>(m, "Laser", "Line scanner.");
+  bind_struct<ScannerTarget>(m, "ScannerTarget", "Object measured by the line scanner.");
+  bind_struct<LineScanner>(m, "LineScanner", "Line scanner.");
   bind_struct<Noise>(m, "Noise", "Standard deviation of one reading of each sensor.")
       .def("of", &Noise::of, py::arg("key"), py::arg("joint") = -1,
            "Standard deviation of a column by its key; of a joint, from 0, where it has one of its own.");

@@ -210,7 +210,7 @@ void bind_safety(py::module_& m) {
 
 void bind_insertion(py::module_& m) {
   bind_enum<Localisation>(m, "Localisation", "Localisation of the hole: fit | cusp | minimum.");
-  bind_enum<Entry>(m, "Entry", "Entry of the peg: tilted | upright.");
+  bind_enum<EntryAttitude>(m, "EntryAttitude", "Entry of the peg: tilted | upright.");
   bind_enum<InsertBy>(m, "InsertBy", "Drive of the insertion: arm | gravity | air.");
   bind_enum<Phase>(m, "Phase", "Phase of an insertion.");
   bind_enum<Reason>(m, "Reason", "Reason for the end of an attempt, or of the insertion.");

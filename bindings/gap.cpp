@@ -10,7 +10,7 @@
 #include <kr5/gap/explanation_text.hpp>
 #include <kr5/gap/joint_fit.hpp>
 #include <kr5/gap/measure.hpp>
-#include <kr5/gap/model_doubts.hpp>
+#include <kr5/gap/model_warnings.hpp>
 #include <kr5/gap/notes.hpp>
 #include <kr5/gap/plan.hpp>
 #include <kr5/gap/sentences.hpp>
@@ -368,13 +368,13 @@ void bind_evidence(py::module_& m) {
 }
 
 void bind_model_doubts(py::module_& m) {
-  bind_enum<ModelDoubtKind>(m, "ModelDoubtKind", "What of a model is doubted: mass | size | zero.");
-  bind_struct<ModelDoubt, EffectName>(m, "ModelDoubt",
-                                      "A cause that is larger than the errors of a model usually are.");
+  bind_enum<ModelWarningKind>(m, "ModelWarningKind", "What of a model is warned of: mass | size | zero.");
+  bind_struct<ModelWarning, EffectName>(m, "ModelWarning",
+                                        "A cause that is larger than the errors of a model usually are.");
   m.def(
-      "model_doubts", &model_doubts, py::arg("found"), py::arg("cell"),
+      "model_warnings", &model_warnings, py::arg("found"), py::arg("cell"),
       "Causes on joints whose sizes are beyond what is usual by two standard deviations, so that the model may be of\n"
-      "another robot, or the log count from another zero: list of ModelDoubt. `cell`: without the causes.");
+      "another robot, or the log count from another zero: list of ModelWarning. `cell`: without the causes.");
 }
 
 /// A diagnosis held against its recording. After the fits of effects.
@@ -439,10 +439,11 @@ void bind_explanation_texts(py::module_& m) {
         "What speaks for and against an effect that was fitted (of try_effect): Reasons.");
   m.def("floor_text", &floor_text, py::arg("columns"),
         "Of a recording without gap: how near the floor its columns (of judged_columns) are.");
-  m.def(
-      "doubt_texts", &doubt_texts, py::arg("doubts"), py::arg("joint_names"), py::arg("described") = "the cell",
-      "What speaks against the model, and against the zeros of the log, with causes of unusual size (of model_doubts), "
-      "a sentence each. described: what describes the robot.");
+  m.def("model_warning_texts", &model_warning_texts, py::arg("warnings"), py::arg("joint_names"),
+        py::arg("described") = "the cell",
+        "What speaks against the model, and against the zeros of the log, with causes of unusual size (of "
+        "model_warnings), "
+        "a sentence each. described: what describes the robot.");
 }
 
 void bind_effect_fits(py::module_& m) {

@@ -18,7 +18,7 @@ void bind_exchange(py::module_& m) {
   m.attr("max_joints") = max_joints;
   bind_struct<RobotStatus>(m, "RobotStatus", "What a robot says of itself besides numbers.");
   bind_struct<RobotReading>(m, "RobotReading", "What a robot tells in one cycle.");
-  bind_enum<CommandTarget>(m, "CommandTarget", "What a command moves: none | joints | tool.");
+  bind_enum<CommandSpace>(m, "CommandSpace", "What a command moves: none | joints | tool.");
   bind_enum<CommandMode>(m, "CommandMode", "Meaning of the values of a command: absolute | relative.");
   bind_enum<CommandFrame>(m, "CommandFrame", "Axes of a relative motion of the tool: base | tool.");
   bind_struct<CommandLimits>(m, "CommandLimits", "Greatest motion in one cycle.");

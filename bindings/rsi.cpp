@@ -30,7 +30,7 @@ void bind_layout(py::module_& m) {
   bind_enum<Transport>(m, "Transport", "Transport: udp | tcp.");
   bind_enum<ValueType>(m, "ValueType", "Type of a value: bool | long | float | double | string.");
   bind_enum<Meaning>(m, "Meaning", "What an element of a telegram means.");
-  bind_enum<CorrectionTarget>(m, "CorrectionTarget", "What corrections move: axes | cartesian.");
+  bind_enum<CorrectionSpace>(m, "CorrectionSpace", "What corrections move: axes | cartesian.");
   bind_struct<TelegramElement>(m, "TelegramElement", "One element of the controller's sensor configuration.");
   bind_struct<GripperBits>(m, "GripperBits", "Bits of the gripper in the digital inputs and outputs.");
   bind_struct<TelegramField>(m, "TelegramField", "One value of a telegram.");
@@ -38,7 +38,7 @@ void bind_layout(py::module_& m) {
       .def("axes", &ControllerAxes::axes, py::arg("q"), "Values of the controller's axes, of joint values [rad or m].")
       .def("joints", &ControllerAxes::joints, py::arg("axes"), "Joint values, of the controller's axes [rad or m].");
   bind_struct<TelegramLayout>(m, "TelegramLayout", "Both telegrams between controller and computer, and their socket.");
-  m.def("usual_layout", &usual_layout, py::arg("controller"), py::arg("target") = CorrectionTarget::Axes,
+  m.def("usual_layout", &usual_layout, py::arg("controller"), py::arg("space") = CorrectionSpace::Axes,
         "Layout of poses, axes, motor currents and late packets in, corrections and the bits of a gripper out.");
   m.def("job_layout", &job_layout, py::arg("controller"),
         "Layout of a job from bin to tube: Cartesian corrections, force/torque sensor, gripper, state, and a stop.");

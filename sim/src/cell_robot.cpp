@@ -244,9 +244,9 @@ void CellRobot::State::send(const robot::RobotCommand& command) {
     stop_moving();
   } else {
     std::optional<VectorXd> asked;
-    if (command.target == robot::CommandTarget::Joints) asked = asked_joints(command);
-    if (command.target == robot::CommandTarget::Tool) asked = asked_by_tool(command);
-    reachable = asked || command.target == robot::CommandTarget::None;
+    if (command.space == robot::CommandSpace::Joints) asked = asked_joints(command);
+    if (command.space == robot::CommandSpace::Tool) asked = asked_by_tool(command);
+    reachable = asked || command.space == robot::CommandSpace::None;
     told_joints.push_front(asked ? *asked : lead.next(lead.q()));
     told_joints.pop_back();
     move();

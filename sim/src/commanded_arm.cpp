@@ -111,11 +111,11 @@ VectorXd CommandedArm::delayed(const VectorXd& q) {
 
 /// What the servos of the joints are told for a command, if the arm can go there; without a target the last one.
 std::optional<VectorXd> CommandedArm::asked(const robot::RobotCommand& command) {
-  if (command.target == robot::CommandTarget::Joints) {
+  if (command.space == robot::CommandSpace::Joints) {
     path_.clear();
     return VectorXd(robot::commanded_joints(command, told_.joints));
   }
-  if (command.target == robot::CommandTarget::Tool) {
+  if (command.space == robot::CommandSpace::Tool) {
     if (path_.empty()) begin_path();
     T_base_asked_ = robot::commanded_tool(command, told_.T_base_tool);
     return posture(path_.empty() ? T_base_asked_ : served(T_base_asked_));

@@ -187,8 +187,8 @@ void InsertionArm::hold_peg() { peg_.place(held_); }
 
 /// Joint values that a command asks for, if the arm has them; without a target those of the last pose.
 std::optional<VectorXd> InsertionArm::asked(const robot::RobotCommand& command) {
-  if (command.target == robot::CommandTarget::Joints) return VectorXd(robot::commanded_joints(command, told_.joints));
-  if (command.target == robot::CommandTarget::Tool) T_base_asked_ = robot::commanded_tool(command, told_.T_base_tool);
+  if (command.space == robot::CommandSpace::Joints) return VectorXd(robot::commanded_joints(command, told_.joints));
+  if (command.space == robot::CommandSpace::Tool) T_base_asked_ = robot::commanded_tool(command, told_.T_base_tool);
   return ik_.posture(flange_for(commanded(T_base_tube_.inverse() * T_base_asked_ * T_peg_tool_.inverse())), lead_.q());
 }
 

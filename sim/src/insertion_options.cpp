@@ -60,7 +60,7 @@ void slow_down(force::InsertionOptions& options, const cell::Cell& cell) {
 /// Hayat et al. 2022, algorithm of section 5.6.
 void set_hayat2022(force::InsertionOptions& out) {
   out.localisation = force::Localisation::Cusp;
-  out.entry = force::Entry::Upright;
+  out.entry = force::EntryAttitude::Upright;
   out.grip.corrected = false;
   out.motion.slide_speed = 0.03e-3 / robot::usual_cycle;  // 0.03 mm a cycle of theirs
   out.motion.roll_time = 24.0;  // not printed: with it the first attempt succeeds as often as theirs did, 70 %

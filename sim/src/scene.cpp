@@ -50,7 +50,7 @@ SceneCheck check_expectation(const Expectation& e, const io::Table& rows, const 
   require(!chosen.empty(), field + ": no rows between begin and end");
   const auto values = Eigen::Map<Eigen::VectorXd>(chosen.data(), static_cast<Eigen::Index>(chosen.size()));
   SceneCheck out{e, compute_statistic(values, e.statistic), false};
-  out.passed = (!e.least || out.value >= *e.least) && (!e.most || out.value <= *e.most);
+  out.passed = (!e.min || out.value >= *e.min) && (!e.max || out.value <= *e.max);
   return out;
 }
 
@@ -74,8 +74,7 @@ void check_scene(const Scene& scene) {
   require(scene.cycle >= shortest_cycle && scene.cycle <= longest_scene, "cycle: must be 0.0001 s or more");
   require(!scene.expect.empty(), "expect: expected at least one expectation");
   for (std::size_t i = 0; i < scene.expect.size(); ++i)
-    require(scene.expect[i].least || scene.expect[i].most,
-            "expect[" + std::to_string(i) + "]: 'least' or 'most' is needed");
+    require(scene.expect[i].min || scene.expect[i].max, "expect[" + std::to_string(i) + "]: 'min' or 'max' is needed");
   require(std::is_sorted(scene.events.begin(), scene.events.end(),
                          [](const SceneEvent& a, const SceneEvent& b) { return a.at < b.at; }),
           "events: must be in order of time");
@@ -99,6 +98,17 @@ SceneResult run_checked_scene(const Scene& scene) {
   return out;
 }
 
+/// Bounds of expectations under their present keys: before version 0.3 they were `least` and `most`.
+io::Node with_present_bounds(io::Node node) {
+  for (auto& [key, list] : node.entries) {
+    if (key != "expect") continue;
+    for (io::Node& expectation : list.items)
+      for (auto& [bound, value] : expectation.entries)
+        bound = bound == "least" ? "min" : bound == "most" ? "max" : bound;
+  }
+  return node;
+}
+
 }  // namespace
 
 double scene_cycle(const Scene& scene, const cell::Cell& cell) {
@@ -106,7 +116,10 @@ double scene_cycle(const Scene& scene, const cell::Cell& cell) {
 }
 
 Scene load_scene(const std::filesystem::path& file) {
-  Scene scene = io::load<Scene>(file);
+  Scene scene;
+  io::Reader reader(file.string());
+  reader.read(with_present_bounds(io::load_yaml(file)), "", scene);
+  reader.finish();
   scene.file = file;
   return scene;
 }

@@ -68,7 +68,7 @@ TEST_CASE("a reading that is no number moves nothing, before the loop began and 
   reading.T_base_tool = leaned();
   robot::RobotReading bad = reading;
   bad.T_base_tool.translation().x() = std::numeric_limits<double>::quiet_NaN();
-  CHECK(control.step(bad, 10.0).target == robot::CommandTarget::None);
+  CHECK(control.step(bad, 10.0).space == robot::CommandSpace::None);
   const Pose first = control.step(reading, 10.0).tool;
   CHECK(first.translation() != reading.T_base_tool.translation());
   bad = reading;

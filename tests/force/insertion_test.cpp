@@ -165,7 +165,7 @@ TEST_CASE(
 TEST_CASE("beyond the critical offset the least height leads the wrong way and the cusp does not") {
   InsertionOptions options = book_options();
   options.tilt = 7.5 * degree;
-  options.entry = Entry::Upright;
+  options.entry = EntryAttitude::Upright;
   options.motion.roll_time = 12;
   const double offset = critical_offset(radii, options.tilt) + 1 * mm;
   const Eigen::Vector3d tube(offset * std::cos(0.7), offset * std::sin(0.7), 0);

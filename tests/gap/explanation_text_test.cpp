@@ -137,17 +137,18 @@ TEST_CASE("the floor of a recording is the RMS of its columns") {
 }
 
 TEST_CASE("causes of unusual size doubt the model or the zeros of the log") {
-  const std::vector<ModelDoubt> doubts = {{{"link_mass", "joint2"}, ModelDoubtKind::Mass, 2.13, 0.1, "-"},
-                                          {{"link_com", "joint3"}, ModelDoubtKind::Size, 0.1534, 0.011, "m"},
-                                          {{"encoder_offset", "joint1"}, ModelDoubtKind::Zero, -0.2, 0.01, "rad"}};
-  const Texts told = doubt_texts(doubts, {"base", "shoulder", "elbow"}, "arm.urdf");
+  const std::vector<ModelWarning> warnings = {
+      {{"link_mass", "joint2"}, ModelWarningKind::Mass, 2.13, 0.1, "-"},
+      {{"link_com", "joint3"}, ModelWarningKind::Size, 0.1534, 0.011, "m"},
+      {{"encoder_offset", "joint1"}, ModelWarningKind::Zero, -0.2, 0.01, "rad"}};
+  const Texts told = model_warning_texts(warnings, {"base", "shoulder", "elbow"}, "arm.urdf");
   REQUIRE(told.size() == 2);
   CHECK_THAT(told[0], Contains("Does arm.urdf describe this robot and its payload?") &&
                           Contains("(shoulder; 2.1 times that of the model)") &&
                           Contains("(elbow; 153 mm from that of the model) differ by more than is usual."));
   CHECK_THAT(told[1], Contains("Does the log measure base from the same zero as the model?") &&
                           Contains("corrects the log, by -0.2 rad."));
-  CHECK(doubt_texts({}, {}).empty());
+  CHECK(model_warning_texts({}, {}).empty());
 }
 
 }  // namespace explanation_text_test

@@ -55,7 +55,7 @@ class FakeCell {
     out.places.T_base_tube = believed_tube();
     out.places.T_tool_peg = T_tool_peg();
     out.insertion.bodies = bodies;
-    out.insertion.entry = force::Entry::Upright;
+    out.insertion.entry = force::EntryAttitude::Upright;
     out.insertion.hole = Eigen::Vector3d::Zero();
     out.insertion.motion.depth = depth;
     return out;

@@ -74,7 +74,7 @@ TEST_CASE("each reason latches in its cycle, and holds the arm where it was meas
     const robot::RobotCommand held = latch.hold(holding);
     CHECK(held.stop);
     CHECK(held.gripper.hold);
-    CHECK(held.target == robot::CommandTarget::Tool);
+    CHECK(held.space == robot::CommandSpace::Tool);
     const bool told = bad.T_base_tool.matrix().allFinite();
     CHECK(held.tool.isApprox(told ? bad.T_base_tool : good(9).T_base_tool));
     for (int k = 11; k < 30; ++k) {
@@ -105,7 +105,7 @@ TEST_CASE("a person and a link stop the arm from another thread, in the next cyc
 TEST_CASE("a stop that stands from before is latched at once, without a pose until there is one") {
   StopLatch latch(limits(), StopReason::Torque);
   CHECK(latch.latched());
-  CHECK(latch.hold({}).target == robot::CommandTarget::None);
+  CHECK(latch.hold({}).space == robot::CommandSpace::None);
   CHECK(latch.hold({}).stop);
   CHECK(latch.step(good(0)) == StopReason::Torque);
   CHECK(latch.hold({}).tool.isApprox(good(0).T_base_tool));

@@ -189,7 +189,7 @@ def test_every_command_is_attacked_with_damaged_files(monkeypatch):
 
 
 def test_a_group_without_help_is_named(monkeypatch):
-    monkeypatch.setitem(command_line.COMMANDS, "measure", {"gap": command_line.Entry("gap.command", "Gap.")})
+    monkeypatch.setitem(command_line.COMMANDS, "measure", {"gap": command_line.CommandEntry("gap.command", "Gap.")})
     with pytest.raises(ValueError, match="'measure' has no entry in GROUP_HELP"):
         command_line.make_app()
 

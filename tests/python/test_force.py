@@ -90,7 +90,7 @@ def test_an_insertion_steps_from_python_and_says_what_stopped_it():
         reading = robot.RobotReading(T_base_tool=pose, sensor=noise, wrench=noise)
         command = insertion.step(reading)
         pose = np.array(command.tool)
-    assert str(command.target) == "tool" and str(command.mode) == "absolute"
+    assert str(command.space) == "tool" and str(command.mode) == "absolute"
     assert str(insertion.state.phase) == "approach" and not command.stop and command.gripper.hold
     reading.status.gripped = False
     assert insertion.step(reading).stop

@@ -21,8 +21,8 @@ def test_a_scene_that_comes_true_and_one_that_does_not(run_kr5, share, tmp_path)
     out = json.loads((tmp_path / "out.json").read_text())
     assert out["passed"] and len(out["checks"]) == 2
     assert (tmp_path / "rows.csv").read_text().startswith("t,q1,")
-    text = file.read_text().replace("../cells", str(share / "cells")).replace("most: 0.1010", "most: 0.1000")
-    (tmp_path / "worse.yaml").write_text(text.replace("least: 0.1005, ", ""))
+    text = file.read_text().replace("../cells", str(share / "cells")).replace("max: 0.1010", "max: 0.1000")
+    (tmp_path / "worse.yaml").write_text(text.replace("min: 0.1005, ", ""))
     done = run_kr5("scene", "run", tmp_path / "worse.yaml")
     assert done.returncode == 1 and "Failed: 1 of 2 expectations met" in done.stdout
 

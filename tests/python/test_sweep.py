@@ -363,7 +363,7 @@ def test_intervals_are_exact_and_what_falls_short_is_named():
     assert first["low"] == pytest.approx(stats.beta.ppf(0.025, 6, 15)) and first["high"] == pytest.approx(
         stats.beta.ppf(0.975, 7, 14)
     )
-    assert table["pooled"]["by_attempt"][0]["least"] == pytest.approx(stats.beta.ppf(0.05, 26, 15))
+    assert table["pooled"]["by_attempt"][0]["min_rate"] == pytest.approx(stats.beta.ppf(0.05, 26, 15))
     assert [row["below"] for row in table["rows"]] == [True, False]
     assert (
         table["rows"][0]["p_below"] == pytest.approx(2 * stats.binom.cdf(6, 20, 0.95))

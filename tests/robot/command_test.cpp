@@ -44,7 +44,7 @@ TEST_CASE("a limit shortens a motion and leaves its direction") {
   for (int k = 0; k < 5; ++k) now = commanded_tool(command, now);
   CHECK(now.isApprox(command.tool, 1e-12));  // five steps of a centimetre
   RobotCommand joints;
-  joints.target = CommandTarget::Joints;
+  joints.space = CommandSpace::Joints;
   joints.joints = Eigen::Vector3d(0.5, -0.5, 0.01);
   joints.limits.joint = 0.1;
   const JointVector at = Eigen::Vector3d(0, 0, 0);
@@ -64,7 +64,7 @@ TEST_CASE("nothing moves for a stop, for another target, or for what is no numbe
   const JointVector at = Eigen::Vector2d(0.3, 0.4);
   CHECK(commanded_joints(tool_command(here), at) == at);
   command = {};
-  command.target = CommandTarget::Joints;
+  command.space = CommandSpace::Joints;
   command.joints = Eigen::Vector3d(1, 1, 1);  // of another robot
   CHECK(commanded_joints(command, at) == at);
   command.joints = Eigen::Vector2d(1, std::numeric_limits<double>::infinity());

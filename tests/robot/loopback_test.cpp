@@ -90,7 +90,7 @@ TEST_CASE("an arm takes joints, and poses of its tool by the joints that are nea
   CHECK((start.inverse() * after.T_base_tool).translation().isApprox(Eigen::Vector3d(0, 0, 0.02), 1e-6));
   CHECK((after.joints - bent()).norm() < 0.2);
   RobotCommand joints;
-  joints.target = CommandTarget::Joints;
+  joints.space = CommandSpace::Joints;
   joints.joints = bent();
   robot.send(joints);
   CHECK(robot.read().T_base_tool.isApprox(start, 1e-9));

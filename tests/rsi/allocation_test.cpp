@@ -36,7 +36,7 @@ TEST_CASE("answering a telegram allocates nothing, of joints and of the tool, go
     layout.receive = book_layout().receive;
     LinkSession session(layout, {}, {}, [tool](const robot::RobotReading& r) noexcept {
       robot::RobotCommand out;
-      out.target = tool ? robot::CommandTarget::Tool : robot::CommandTarget::Joints;
+      out.space = tool ? robot::CommandSpace::Tool : robot::CommandSpace::Joints;
       out.joints = r.joints;
       out.tool = r.T_base_tool;
       out.tool.translation().x() += 0.01;

@@ -76,7 +76,7 @@ struct Loop {
         link(of_link, test::six_joints(), {}, [this](const robot::RobotReading& r) noexcept {
           reading = r;
           robot::RobotCommand out;
-          out.target = robot::CommandTarget::Joints;
+          out.space = robot::CommandSpace::Joints;
           out.joints = goal;
           return out;
         }) {}

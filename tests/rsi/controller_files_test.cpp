@@ -52,23 +52,23 @@ TEST_CASE("the files of a KR C4 with RSI 3 have the numbers of a published drive
 }
 
 TEST_CASE("RSI 4, 5 and 6 count from 0, each in its own form") {
-  const auto flow_of = [](Controller c, CorrectionTarget target) {
-    return text_of(controller_files(usual_layout(c, target)), "kr5_rsi.rsix");
+  const auto flow_of = [](Controller c, CorrectionSpace space) {
+    return text_of(controller_files(usual_layout(c, space)), "kr5_rsi.rsix");
   };
-  CHECK_THAT(flow_of(Controller::Krc4, CorrectionTarget::Axes), Contains("Version=\"0.1.0\""));
+  CHECK_THAT(flow_of(Controller::Krc4, CorrectionSpace::Axes), Contains("Version=\"0.1.0\""));
   for (const Controller c : {Controller::Krc4, Controller::Krc5, Controller::Iiqka}) {
-    const std::string axes = flow_of(c, CorrectionTarget::Axes);
+    const std::string axes = flow_of(c, CorrectionSpace::Axes);
     CHECK_THAT(axes, Contains("<Parameter Name=\"UpperLimA1\" ParamId=\"6\""));
     CHECK_THAT(axes, Contains("<Input InIdx=\"5\" OutObjId=\"ETHERNET1\" OutIdx=\"5\" />"));
     CHECK_THAT(axes, Contains("<Parameter Name=\"Precision\" ParamId=\"7\""));
-    const std::string cartesian = flow_of(c, CorrectionTarget::Cartesian);
+    const std::string cartesian = flow_of(c, CorrectionSpace::Cartesian);
     CHECK_THAT(cartesian, Contains("ObjTypeId=\"27\" ObjType=\"PosCorr\""));
     CHECK_THAT(cartesian,
                Contains("<Parameter IsRuntime=\"false\" Name=\"RefCorrSys\" ParamId=\"0\" ParamValue=\"1\" />"));
     CHECK_THAT(cartesian, Contains("ObjTypeId=\"81\" ObjType=\"PosCorrMon\""));
     CHECK_THAT(cartesian, Contains("<Input InIdx=\"0\" OutObjId=\"ETHERNET1\" OutIdx=\"6\" />"));  // the gripper
   }
-  CHECK_THAT(flow_of(Controller::Krc5, CorrectionTarget::Axes), Contains("SchemaVersion=\"2.0.0\""));
+  CHECK_THAT(flow_of(Controller::Krc5, CorrectionSpace::Axes), Contains("SchemaVersion=\"2.0.0\""));
   const std::string iiqka = text_of(controller_files(usual_layout(Controller::Iiqka)), "kr5_rsi.src");
   for (const char* call :
        {"RSI_LOAD(\"kr5_rsi\")", "RSI_ACTIVATE(\"kr5_rsi\")", "RSI_PROCESS_ON(#ABSOLUTE)", "RSI_PROCESS_OFF()"})
@@ -81,7 +81,7 @@ TEST_CASE("modes, frames, starts and cycles reach the program") {
   options.frame = robot::CommandFrame::Tool;
   options.cycle = 0.012;
   options.start = {0.0, -M_PI / 2, M_PI / 2, 0.0, M_PI / 4, 0.0};
-  const ControllerFiles files = controller_files(usual_layout(Controller::Krc4, CorrectionTarget::Cartesian), options);
+  const ControllerFiles files = controller_files(usual_layout(Controller::Krc4, CorrectionSpace::Cartesian), options);
   CHECK_THAT(text_of(files, "kr5_rsi.src"), Contains("RSI_ON(#RELATIVE,#IPO)"));
   CHECK_THAT(text_of(files, "kr5_rsi.src"), Contains("PTP {A1 0, A2 -90, A3 90, A4 0, A5 45, A6 0}"));
   CHECK_THAT(text_of(files, "kr5_rsi.rsix"), Contains("Name=\"RefCorrSys\" ParamId=\"0\" ParamValue=\"3\""));
@@ -112,7 +112,7 @@ TEST_CASE("what cannot be wired is told, and readings have their sources") {
   layout.receive.push_back({.tag = "FREE", .type = ValueType::Long, .index = 7});
   files = controller_files(layout);
   CHECK(files.unwired == std::vector<std::string>{"Source1", "FREE"});
-  layout = usual_layout(Controller::Krc4Rsi3, CorrectionTarget::Cartesian);
+  layout = usual_layout(Controller::Krc4Rsi3, CorrectionSpace::Cartesian);
   CHECK(controller_files(layout).unconfirmed == std::vector<std::string>{"POSCORR1", "POSCORRMON1"});
 }
 

@@ -11,7 +11,7 @@ using namespace kr5;
 using namespace kr5::rsi;
 using robot::CommandFrame;
 using robot::CommandMode;
-using robot::CommandTarget;
+using robot::CommandSpace;
 using robot::JointVector;
 using robot::RobotCommand;
 
@@ -21,7 +21,7 @@ constexpr double cycle = 0.012;
 
 RobotCommand joints_command(const JointVector& values, CommandMode mode = CommandMode::Absolute) {
   RobotCommand out;
-  out.target = CommandTarget::Joints;
+  out.space = CommandSpace::Joints;
   out.mode = mode;
   out.joints = values;
   return out;
@@ -96,8 +96,8 @@ TEST_CASE("a tool whose orientation is free turns all the way round, and further
   limits.rotation = {3.0, 30.0, M_PI};
   for (const CommandFrame frame : {CommandFrame::Base, CommandFrame::Tool}) {
     const ControllerState state = standing();
-    PathCorrection correction(usual_layout(Controller::Krc4, CorrectionTarget::Cartesian), limits,
-                              CommandMode::Absolute, frame, cycle);
+    PathCorrection correction(usual_layout(Controller::Krc4, CorrectionSpace::Cartesian), limits, CommandMode::Absolute,
+                              frame, cycle);
     correction.begin(state);
     Path path(CommandMode::Absolute, frame, state);
     const Eigen::Vector3d axis = Eigen::Vector3d(1, -2, 2) / 3.0;
@@ -119,7 +119,7 @@ TEST_CASE("a jump of a free orientation is followed within speed and acceleratio
   CorrectionLimits limits;
   limits.rotation = {0.5, 5.0, M_PI};
   const ControllerState state = standing();
-  PathCorrection correction(usual_layout(Controller::Krc4, CorrectionTarget::Cartesian), limits, CommandMode::Absolute,
+  PathCorrection correction(usual_layout(Controller::Krc4, CorrectionSpace::Cartesian), limits, CommandMode::Absolute,
                             CommandFrame::Base, cycle);
   correction.begin(state);
   Path path(CommandMode::Absolute, CommandFrame::Base, state);
@@ -152,7 +152,7 @@ TEST_CASE("the limits of every joint and of the pose hold for random commands") 
     Vector6 x = Vector6::Zero(), xd = Vector6::Zero();
     for (int k = 0; k < 20000; ++k) {
       RobotCommand command;
-      command.target = static_cast<CommandTarget>(random.integer(3));
+      command.space = static_cast<CommandSpace>(random.integer(3));
       command.mode = static_cast<CommandMode>(random.integer(2));
       command.frame = static_cast<CommandFrame>(random.integer(2));
       command.stop = random.integer(10) == 0;
@@ -201,7 +201,7 @@ TEST_CASE("a session begins with the correction that the controller makes alread
     axes.step(joints_command(state.joints), state);  // where it is
     CHECK(axes.outcome() == CommandOutcome::Followed);
     CHECK((axes.joints() - (state.joints - state.joint_setpoints)).norm() < 1e-12);
-    PathCorrection tool(usual_layout(Controller::Krc4, CorrectionTarget::Cartesian), {}, mode, CommandFrame::Tool,
+    PathCorrection tool(usual_layout(Controller::Krc4, CorrectionSpace::Cartesian), {}, mode, CommandFrame::Tool,
                         cycle);
     tool.begin(state);
     const Pose first = *tool.hold().tool;

@@ -123,7 +123,7 @@ TEST_CASE("a correction of the tool is made in the axes of the program") {
   for (const auto frame : {robot::CommandFrame::Base, robot::CommandFrame::Tool}) {
     EmulationOptions options;
     options.frame = frame;
-    Tested controller(options, usual_layout(Controller::Krc4, CorrectionTarget::Cartesian));
+    Tested controller(options, usual_layout(Controller::Krc4, CorrectionSpace::Cartesian));
     const Pose before = controller.of.reading().T_base_tool;
     controller.cycles(3, {3, 0, 0, 0, 0, 2}, "RKorr");
     const Pose after = controller.of.reading().T_base_tool;
@@ -312,7 +312,7 @@ TEST_CASE("a correction beyond its limit stops the program with the controller's
              Catch::Contains("AXISCORR1") && Catch::Contains("A5"));
   CHECK_THAT(stop_message(Controller::Krc2, controller.of.statistics().stop), Catch::Contains("RSI stopped"));
   CHECK(controller.of.reading().joints[4] == Approx(bent_joints()[4]));
-  Tested tool({}, usual_layout(Controller::Krc4, CorrectionTarget::Cartesian));
+  Tested tool({}, usual_layout(Controller::Krc4, CorrectionSpace::Cartesian));
   tool.cycles(1, {0, 0, 5.1, 0, 0, 0}, "RKorr");
   CHECK(tool.cycle().empty());
   CHECK(tool.reason() == ProgramStopReason::TranslationLimit);
@@ -321,7 +321,7 @@ TEST_CASE("a correction beyond its limit stops the program with the controller's
 TEST_CASE("a pose that the arm does not reach stops the program") {
   EmulationOptions options;
   options.rules.translation_limit = 10.0;
-  Tested controller(options, usual_layout(Controller::Krc4, CorrectionTarget::Cartesian));
+  Tested controller(options, usual_layout(Controller::Krc4, CorrectionSpace::Cartesian));
   controller.cycles(2, {3000, 0, 0, 0, 0, 0}, "RKorr");
   CHECK(controller.reason() == ProgramStopReason::Unreachable);
 }

@@ -204,7 +204,7 @@ TEST_CASE("the link of this library and the emulator get on, with nothing lost a
   options.real_time = {.priority = 0, .lock_memory = false};
   const Link link(layout, {}, options, [](const robot::RobotReading& reading) noexcept {
     robot::RobotCommand out;
-    out.target = robot::CommandTarget::Joints;
+    out.space = robot::CommandSpace::Joints;
     out.joints = reading.joints;
     out.joints[0] = 13 * deg;
     return out;

@@ -19,7 +19,7 @@ TEST_CASE("cycles without an answer in succession stop at exactly the limit, and
   }
   for (int i = 1; i < 100; ++i) REQUIRE(late.count(false) == ProgramStopReason::None);
   CHECK(late.count(false) == ProgramStopReason::LateAnswers);
-  CHECK((late.total() == 397 && late.most_in_succession() == 100));
+  CHECK((late.total() == 397 && late.max_in_succession() == 100));
 }
 
 TEST_CASE("a share of late answers stops a KR C2 that no succession of them stops, and no other controller") {

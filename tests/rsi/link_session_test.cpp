@@ -28,7 +28,7 @@ constexpr double deg = M_PI / 180;
 /// Commands one degree on the first axis, from where the path is.
 robot::RobotCommand one_degree(const robot::RobotReading&) noexcept {
   robot::RobotCommand out;
-  out.target = robot::CommandTarget::Joints;
+  out.space = robot::CommandSpace::Joints;
   out.joints = robot::JointVector::Zero(6);
   out.joints << 1 * deg, -90 * deg, 90 * deg, 0, 90 * deg, 0;
   return out;

@@ -27,7 +27,7 @@ namespace link_test {
 /// Turns the first axis by a tenth of a degree from where it is.
 robot::RobotCommand turn(const robot::RobotReading&) noexcept {
   robot::RobotCommand out;
-  out.target = robot::CommandTarget::Joints;
+  out.space = robot::CommandSpace::Joints;
   out.mode = robot::CommandMode::Relative;
   out.joints = robot::JointVector::Zero(6);
   out.joints[0] = 0.1 * M_PI / 180;

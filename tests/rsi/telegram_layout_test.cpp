@@ -75,8 +75,8 @@ TEST_CASE("elements that are no telegram's are refused") {
 TEST_CASE("a layout is checked field by field") {
   for (const Controller c :
        {Controller::Krc2, Controller::Krc4Rsi3, Controller::Krc4, Controller::Krc5, Controller::Iiqka})
-    for (const CorrectionTarget target : {CorrectionTarget::Axes, CorrectionTarget::Cartesian})
-      CHECK_NOTHROW(usual_layout(c, target).validate());
+    for (const CorrectionSpace space : {CorrectionSpace::Axes, CorrectionSpace::Cartesian})
+      CHECK_NOTHROW(usual_layout(c, space).validate());
   CHECK_NOTHROW(book_layout().validate());
   const auto refused = [](auto change, const std::string& word) {
     TelegramLayout layout = usual_layout(Controller::Krc4);

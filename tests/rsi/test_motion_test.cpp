@@ -34,7 +34,7 @@ struct FollowingArm {
     return out;
   }
   void follow(const robot::RobotCommand& command) {
-    if (command.target == robot::CommandTarget::Joints) corrected += command.joints;
+    if (command.space == robot::CommandSpace::Joints) corrected += command.joints;
     moved += (gain * corrected - moved) * (1 - std::exp(-0.004 / 0.02));
     most = most.cwiseMax(moved.cwiseAbs());
     commanded = commanded.cwiseMax(corrected.cwiseAbs());
@@ -82,22 +82,21 @@ TEST_CASE("after an interruption, a stop or without values of the axes nothing i
     robot::RobotReading odd = arm.reading(how == 0 ? 1.0 : 0.6);
     if (how == 1) odd.status.stopped = true;
     if (how == 2) odd.joints.resize(0);
-    CHECK(motion.step(odd).target == robot::CommandTarget::None);
+    CHECK(motion.step(odd).space == robot::CommandSpace::None);
     CHECK(motion.aborted());
-    for (int k = 0; k < 500; ++k)
-      REQUIRE(motion.step(arm.reading(1.0 + 0.004 * k)).target == robot::CommandTarget::None);
+    for (int k = 0; k < 500; ++k) REQUIRE(motion.step(arm.reading(1.0 + 0.004 * k)).space == robot::CommandSpace::None);
   }
 }
 
 TEST_CASE("the tool is moved where the layout corrects no axes") {
   TestMotionOptions options;
-  TestMotion motion(usual_layout(Controller::Krc4, CorrectionTarget::Cartesian), robot::CommandFrame::Tool, options);
+  TestMotion motion(usual_layout(Controller::Krc4, CorrectionSpace::Cartesian), robot::CommandFrame::Tool, options);
   Vector6 sum = Vector6::Zero(), most = sum;
   robot::RobotReading reading;
   for (int k = 0; k < 2500; ++k) {
     reading.time = 0.004 * k;
     const robot::RobotCommand command = motion.step(reading);
-    if (command.target != robot::CommandTarget::Tool) continue;
+    if (command.space != robot::CommandSpace::Tool) continue;
     REQUIRE((command.mode == robot::CommandMode::Relative && command.frame == robot::CommandFrame::Tool));
     sum += to_vector(command.tool);
     most = most.cwiseMax(sum.cwiseAbs());

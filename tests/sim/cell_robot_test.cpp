@@ -33,7 +33,7 @@ CellRobotOptions quiet() {
 
 robot::RobotCommand joints(const Eigen::VectorXd& q) {
   robot::RobotCommand out;
-  out.target = robot::CommandTarget::Joints;
+  out.space = robot::CommandSpace::Joints;
   out.joints = robot::joint_vector(q);
   return out;
 }

@@ -47,7 +47,7 @@ TEST_CASE("a scene runs, shows its rows and judges what is expected") {
 
 TEST_CASE("an expectation that does not come true fails its scene") {
   sim::Scene scene = shipped("servo_step");
-  scene.expect[0].most = 0.1;
+  scene.expect[0].max = 0.1;
   const sim::SceneResult result = sim::run_scene(scene);
   CHECK_FALSE(result.passed);
   CHECK_FALSE(result.checks[0].passed);
@@ -61,9 +61,22 @@ TEST_CASE("scenes of earlier versions have other words for minimum and maximum")
                                     {"max", sim::Statistic::Max}}) {
     sim::Expectation found;
     io::Reader reader("x.yaml");
-    const std::string text = "{column: z, statistic: " + std::string(word) + ", most: 1}";
+    const std::string text = "{column: z, statistic: " + std::string(word) + ", max: 1}";
     CHECK(reader.read(io::parse_yaml(text, "x.yaml"), "", found));
     CHECK(found.statistic == meant);
+  }
+}
+
+TEST_CASE("bounds of a scene of an earlier version are read") {
+  std::string text = io::read_text(scenes / "servo_step.yaml");
+  for (const auto& [present, old] : {std::pair("min: ", "least: "), {"max: ", "most: "}})
+    for (std::size_t at = 0; (at = text.find(present, at)) != std::string::npos; at += 1)
+      text.replace(at, std::string(present).size(), old);
+  const sim::Scene old = sim::load_scene(written(text)), present = shipped("servo_step");
+  REQUIRE(old.expect.size() == present.expect.size());
+  for (std::size_t i = 0; i < old.expect.size(); ++i) {
+    CHECK(old.expect[i].min == present.expect[i].min);
+    CHECK(old.expect[i].max == present.expect[i].max);
   }
 }
 

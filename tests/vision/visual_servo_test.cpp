@@ -187,7 +187,7 @@ TEST_CASE("over a loopback robot, by readings and commands alone, the camera rea
 
 TEST_CASE("a step that moves nothing commands nothing, and a twist moves the camera and not the tool") {
   ServoStep step;
-  CHECK(servo_command(step, Pose::Identity(), 0.1).target == robot::CommandTarget::None);
+  CHECK(servo_command(step, Pose::Identity(), 0.1).space == robot::CommandSpace::None);
   step.twist << 0.0, 0.0, 0.0, 0.0, 0.0, 0.5;
   const Pose T_tool_camera(Eigen::Translation3d(0.1, 0.0, 0.0));
   const Pose moved_tool = robot::commanded_tool(servo_command(step, T_tool_camera, 0.1), Pose::Identity());

@@ -31,7 +31,7 @@ constexpr long nanoseconds = 1'000'000'000;
 
 robot::RobotCommand stand(const robot::RobotReading& reading) noexcept {
   robot::RobotCommand out;
-  out.target = robot::CommandTarget::Joints;
+  out.space = robot::CommandSpace::Joints;
   out.joints = reading.joints;
   return out;
 }

@@ -73,7 +73,7 @@ Figures measured(const TelegramLayout& layout, int repetitions) {
   });
   LinkSession session(layout, {}, {}, [](const robot::RobotReading& r) noexcept {
     robot::RobotCommand command;
-    command.target = robot::CommandTarget::Joints;
+    command.space = robot::CommandSpace::Joints;
     command.joints = r.joints;
     return command;
   });

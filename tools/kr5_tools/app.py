@@ -19,7 +19,7 @@ from kr5_tools.cli.interruption import (
     stop_text,
     tell_when_stopped,
 )
-from kr5_tools.command_table import COMMANDS, GROUP_HELP, Entry
+from kr5_tools.command_table import COMMANDS, GROUP_HELP, CommandEntry
 
 PACKAGE = "kr5_tools"
 _said_stopped = False
@@ -79,7 +79,7 @@ def _written_files() -> list[Path]:
     return writing.written_files() if writing else []
 
 
-def _add(parent: typer.Typer, name: str, entry: Entry, load: bool) -> None:
+def _add(parent: typer.Typer, name: str, entry: CommandEntry, load: bool) -> None:
     """Adds one command; unless it is to be loaded, a stand-in that has nothing but the help text."""
     if not load:
         parent.command(name, help=entry.help)(lambda: None)
@@ -112,7 +112,7 @@ def make_app(wanted: tuple[str, ...] | None = None) -> typer.Typer:
     )
     app.callback()(_root)
     for name, entry in COMMANDS.items():
-        if isinstance(entry, Entry):
+        if isinstance(entry, CommandEntry):
             _add(app, name, entry, wanted is None or wanted[:1] == (name,))
             continue
         if name not in GROUP_HELP:
@@ -146,7 +146,7 @@ def __getattr__(name: str) -> Any:
 
 
 def main() -> None:
-    """Entry point of the command `kr5`."""
+    """CommandEntry point of the command `kr5`."""
     completing = any(key.endswith("_COMPLETE") for key in os.environ)
     words = tuple(word for word in sys.argv[1:] if not word.startswith("-"))
     for stream in (sys.stdout, sys.stderr):  # names of files need not be UTF-8

@@ -11,8 +11,8 @@ namespace {
 
 std::string bounds(const kr5::sim::Expectation& e) {
   std::string out;
-  if (e.least) out += " at least " + std::to_string(*e.least);
-  if (e.most) out += " at most " + std::to_string(*e.most);
+  if (e.min) out += " at least " + std::to_string(*e.min);
+  if (e.max) out += " at most " + std::to_string(*e.max);
   return out;
 }
 

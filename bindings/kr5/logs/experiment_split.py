@@ -24,12 +24,12 @@ class RawPart:
     end: float = np.inf  # [s] from which on rows are left out, as the user states it
 
 
-Entry = tuple[int, dict[str, Any]]  # number of a part, experiment of a map
+NumberedExperiment = tuple[int, dict[str, Any]]  # number of a part, experiment of a map
 
 
-def split_parts(parts: list[RawPart], reasons: list[list[str]]) -> list[Entry]:
+def split_parts(parts: list[RawPart], reasons: list[list[str]]) -> list[NumberedExperiment]:
     """Experiments of a map (without their columns), each with the number of its part."""
-    out: list[Entry] = []
+    out: list[NumberedExperiment] = []
     for kind in dict.fromkeys(p.kind for p in parts):
         own = [k for k, p in enumerate(parts) if p.kind == kind]
         split = _split_motions if parts[own[0]].motion is not None else _split_rows
@@ -38,10 +38,10 @@ def split_parts(parts: list[RawPart], reasons: list[list[str]]) -> list[Entry]:
     return out
 
 
-def _split_motions(own: list[int], parts: list[RawPart], reasons: list[list[str]]) -> list[Entry]:
+def _split_motions(own: list[int], parts: list[RawPart], reasons: list[list[str]]) -> list[NumberedExperiment]:
     spans = arm_log.split_motions([_motion_of(parts[k]) for k in own])
     _tell_cut(spans, [parts[k].name for k in own], any(parts[k].kept_to_check for k in own), reasons)
-    out: list[Entry] = []
+    out: list[NumberedExperiment] = []
     for span in spans:
         entry: dict[str, Any] = {}
         if np.isfinite(span.begin):
@@ -108,7 +108,7 @@ def _named(names: list[str]) -> str:
     return ", ".join(different) if len(different) <= MOST_NAMED else f"{len(different)} logs"
 
 
-def _split_rows(own: list[int], parts: list[RawPart], reasons: list[list[str]]) -> list[Entry]:
+def _split_rows(own: list[int], parts: list[RawPart], reasons: list[list[str]]) -> list[NumberedExperiment]:
     """Whole logs, the last ones to check; the only one cut in two."""
     kind = parts[own[0]].kind
     if len(own) == 1:

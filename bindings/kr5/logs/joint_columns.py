@@ -142,7 +142,7 @@ def _angle_unit(
     if family.unit in ("deg", "rad") or not turning.size:
         return family.unit or "rad", ""
     if family.motor_side:
-        large = _largest(turning) > arm_log.MOST_RADIANS * _gear_ratio(cell)
+        large = _largest(turning) > arm_log.MAX_RADIANS * _gear_ratio(cell)
         return ("deg", TOLD["deg"]) if large else ("rad", "")
     limits = cell.robot.limits
     none = np.zeros(0)

@@ -57,7 +57,7 @@ bool within_limits(const MatrixXd& values, const VectorXd& lower, const VectorXd
 JointUnitGuess guess_joint_unit(const MatrixXd& values, const VectorXd& lower, const VectorXd& upper) {
   const Numbers found = numbers_of(values);
   const double size = std::max(found.most, -found.least);
-  if (!(size > most_radians)) return {};
+  if (!(size > max_radians)) return {};
   if (found.whole && found.least >= 0 && found.most <= most_ticks && found.most > beyond_degrees &&
       found.different.size() >= fewest_counts)
     return {.unit = JointUnit::Tick};

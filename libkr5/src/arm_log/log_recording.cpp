@@ -119,7 +119,7 @@ class MeasuredMotions {
     const Positions smooth = smooth_positions(t, log_.q.middleRows(rows.first, rows.size()), smoothing_);
     const TimeSpan all{t[0], t[t.size() - 1]}, own{std::max(span.begin, all.begin), span.end};
     const std::vector<Index> needed = kept_rows(t, smoothing_, own, all);
-    const std::vector<Index> kept = kept_rows(t, smoothing_, own, all, most_experiment_rows);
+    const std::vector<Index> kept = kept_rows(t, smoothing_, own, all, max_experiment_rows);
     require(kept.size() >= fewest_kept_rows, "found " + std::to_string(t.size()) + " rows, of which " +
                                                  std::to_string(kept.size()) +
                                                  " can be compared since smoothing the positions takes some at each "

@@ -223,7 +223,7 @@ int needed_stride(const Piece& piece, const LoggedMotion& log) {
 
 /// A part, or stretches of it where it is too long: with fewer rows a period than it needs, its motion would be lost.
 std::vector<MotionSpan> stretches_of(const Piece& piece, const LoggedMotion& log) {
-  const Index most = most_thinning * most_experiment_rows;
+  const Index most = most_thinning * max_experiment_rows;
   if (log.commanded || piece.rows.size() <= most) return {piece.span};
   const int stride = needed_stride(piece, log);
   if (piece.rows.size() / stride <= most) return {piece.span};

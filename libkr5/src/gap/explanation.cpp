@@ -15,7 +15,7 @@ namespace kr5::gap {
 namespace {
 
 constexpr double noticeable_change = 0.02;  // of the gap of a column [-]
-constexpr int most_tried = 6, most_rivals = 3;
+constexpr int most_tried = 6, max_rivals = 3;
 
 bool in_catalogue(const Cause& cause) { return known_row(cause.effect) != nullptr; }
 
@@ -83,7 +83,7 @@ std::vector<EffectFit> rival_effects(const Diagnosis& found, const DiagnosisEvid
     return std::ranges::none_of(
         fit.columns, [&](const ColumnReduction& c) { return explained.contains(c.column) && c.after < c.before; });
   });
-  if (out.size() > most_rivals) out.resize(most_rivals);
+  if (out.size() > max_rivals) out.resize(max_rivals);
   return out;
 }
 

@@ -181,12 +181,13 @@ Reasons reasons_of_diagnosis(const EffectName& name, const std::vector<Cause>& c
 }
 
 /// What of a cause is far from the model's value.
-std::string far_text(const ModelDoubt& doubt, const std::string& joint) {
-  const std::string begin = effect_text(doubt) + " (" + (joint.empty() ? "" : joint + "; ");
-  if (doubt.kind == ModelDoubtKind::Mass) return begin + format("%.2g", doubt.value) + " times that of the model)";
-  const bool angle = doubt.unit == "rad";
+std::string far_text(const ModelWarning& warning, const std::string& joint) {
+  const std::string begin = effect_text(warning) + " (" + (joint.empty() ? "" : joint + "; ");
+  if (warning.kind == ModelWarningKind::Mass)
+    return begin + format("%.2g", warning.value) + " times that of the model)";
+  const bool angle = warning.unit == "rad";
   const double factor = angle ? 180 / std::numbers::pi : 1e3;
-  return begin + number_text(factor * doubt.value, factor * doubt.std) + (angle ? " degrees" : " mm") +
+  return begin + number_text(factor * warning.value, factor * warning.std) + (angle ? " degrees" : " mm") +
          " from that of the model)";
 }
 
@@ -233,15 +234,16 @@ std::string floor_text(const std::vector<JudgedColumn>& columns) {
          " times the noise, and 1 is the floor.";
 }
 
-Texts doubt_texts(const std::vector<ModelDoubt>& doubts, const Texts& joint_names, const std::string& described) {
+Texts model_warning_texts(const std::vector<ModelWarning>& warnings, const Texts& joint_names,
+                          const std::string& described) {
   Texts far, joints, sizes, out;
-  for (const ModelDoubt& doubt : doubts) {
-    const std::string joint = joint_name(joint_names, doubt.target);
-    if (doubt.kind != ModelDoubtKind::Zero) {
-      far.push_back(far_text(doubt, joint));
+  for (const ModelWarning& warning : warnings) {
+    const std::string joint = joint_name(joint_names, warning.target);
+    if (warning.kind != ModelWarningKind::Zero) {
+      far.push_back(far_text(warning, joint));
     } else {
-      joints.push_back(joint.empty() ? doubt.target : joint);
-      sizes.push_back(format("%+.3g", doubt.value) + " rad");
+      joints.push_back(joint.empty() ? warning.target : joint);
+      sizes.push_back(format("%+.3g", warning.value) + " rad");
     }
   }
   if (!far.empty())

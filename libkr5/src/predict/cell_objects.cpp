@@ -6,7 +6,7 @@
 namespace kr5::predict {
 namespace {
 
-cell::PlacedObject target_sphere(const cell::LaserTarget& target) {
+cell::PlacedObject target_sphere(const cell::ScannerTarget& target) {
   cell::PlacedObject out;
   out.kind = SolidKind::Ball;
   out.name = "sphere";

@@ -99,7 +99,7 @@ struct TargetHit {
 };
 
 /// First meeting of a ray with the sphere or the plane.
-TargetHit hit_target(const cell::LaserTarget& target, const Ray& ray) {
+TargetHit hit_target(const cell::ScannerTarget& target, const Ray& ray) {
   TargetHit hit;
   if (const double z = (target.plane - ray.origin.z()) / ray.direction.z(); z > 0 && std::isfinite(z)) hit.z = z;
   Solid ball{.kind = SolidKind::Ball};

@@ -40,7 +40,7 @@ CommandLimits CommandLimits::within(const CommandLimits& other) const noexcept {
 
 RobotCommand tool_command(const Pose& T_base_tool) noexcept {
   RobotCommand out;
-  out.target = CommandTarget::Tool;
+  out.space = CommandSpace::Tool;
   out.tool = T_base_tool;
   return out;
 }
@@ -53,7 +53,7 @@ RobotCommand tool_motion(const Pose& motion, CommandFrame frame) noexcept {
 }
 
 Pose commanded_tool(const RobotCommand& command, const Pose& T_base_tool) noexcept {
-  if (command.stop || command.target != CommandTarget::Tool || !command.tool.matrix().allFinite()) return T_base_tool;
+  if (command.stop || command.space != CommandSpace::Tool || !command.tool.matrix().allFinite()) return T_base_tool;
   Pose asked = command.tool;
   if (command.mode == CommandMode::Relative) {
     if (command.frame == CommandFrame::Tool) {
@@ -67,7 +67,7 @@ Pose commanded_tool(const RobotCommand& command, const Pose& T_base_tool) noexce
 }
 
 JointVector commanded_joints(const RobotCommand& command, const JointVector& joints) noexcept {
-  if (command.stop || command.target != CommandTarget::Joints || command.joints.size() != joints.size() ||
+  if (command.stop || command.space != CommandSpace::Joints || command.joints.size() != joints.size() ||
       !command.joints.allFinite())
     return joints;
   JointVector out = joints;

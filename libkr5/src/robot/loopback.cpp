@@ -83,8 +83,8 @@ void LoopbackRobot::obey(RobotCommand command) {
   command.limits = command.limits.within(options_.limits);
   gripper_ = command.gripper;
   status_.stopped = command.stop;
-  if (command.stop || command.target == CommandTarget::None) return;
-  if (command.target == CommandTarget::Joints) {
+  if (command.stop || command.space == CommandSpace::None) return;
+  if (command.space == CommandSpace::Joints) {
     status_.reachable = has_arm() && command.joints.size() == joints_.size() && command.joints.allFinite();
     if (!status_.reachable) return;
     joints_ = commanded_joints(command, joints_);

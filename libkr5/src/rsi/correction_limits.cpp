@@ -179,10 +179,10 @@ Correction PathCorrection::hold() noexcept {
 
 Correction PathCorrection::step(const robot::RobotCommand& command, const ControllerState& state) noexcept {
   gripper_ = command.gripper;
-  if (command.stop || command.target == robot::CommandTarget::None) return hold();
+  if (command.stop || command.space == robot::CommandSpace::None) return hold();
   const robot::JointVector joints_before = joints();
   const Vector6 tool_before = tool();
-  if (command.target == robot::CommandTarget::Joints ? step_joints(command, state) : step_tool(command, state))
+  if (command.space == robot::CommandSpace::Joints ? step_joints(command, state) : step_tool(command, state))
     return result(joints_before, tool_before);
   const Correction out = hold();
   outcome_ = CommandOutcome::Refused;

@@ -147,7 +147,7 @@ void EmulatedController::judge() {
   const ProgramStopReason reason = late_.count(answered);
   statistics_.missing = late_.total();
   statistics_.missing_now = late_.in_succession();
-  statistics_.missing_most = late_.most_in_succession();
+  statistics_.missing_most = late_.max_in_succession();
   statistics_.missing_share = late_.share();
   if (reason != ProgramStopReason::None) return end({reason});
   take_answer();
@@ -200,7 +200,7 @@ robot::RobotCommand EmulatedController::command(const robot::JointVector& setpoi
   if (units_.corrects_tool()) {
     out = robot::tool_command(total_.corrected(path_tool(setpoints)));
   } else if (has_arm()) {
-    out.target = robot::CommandTarget::Joints;
+    out.space = robot::CommandSpace::Joints;
     out.joints = setpoints;
   }
   out.gripper = gripper_;

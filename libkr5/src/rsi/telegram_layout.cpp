@@ -221,13 +221,13 @@ void TelegramLayout::validate() const {
   check_elements(receive, "receive");
 }
 
-TelegramLayout usual_layout(Controller controller, CorrectionTarget target) {
+TelegramLayout usual_layout(Controller controller, CorrectionSpace space) {
   TelegramLayout out;
   out.controller = controller;
   for (const char* tag : {"DEF_RIst", "DEF_RSol", "DEF_AIPos", "DEF_ASPos", "DEF_MACur"})
     out.send.push_back(internal(tag));
   out.send.push_back(internal("DEF_Delay", ValueType::Long));
-  if (target == CorrectionTarget::Axes)
+  if (space == CorrectionSpace::Axes)
     add_channels(out.receive, "AKorr", numbered("A", 6), true, 1);
   else
     add_channels(out.receive, "RKorr", {"X", "Y", "Z", "A", "B", "C"}, true, 1);
@@ -236,7 +236,7 @@ TelegramLayout usual_layout(Controller controller, CorrectionTarget target) {
 }
 
 TelegramLayout job_layout(Controller controller) {
-  TelegramLayout out = usual_layout(controller, CorrectionTarget::Cartesian);
+  TelegramLayout out = usual_layout(controller, CorrectionSpace::Cartesian);
   int channel = 0;
   for (const char* name : {"Fx", "Fy", "Fz", "Tx", "Ty", "Tz"})
     out.send.push_back({.tag = std::string("FT.") + name, .index = ++channel});

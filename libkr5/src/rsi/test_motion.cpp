@@ -54,7 +54,7 @@ bool TestMotion::moved_too_far(const robot::RobotReading& now) const noexcept {
 robot::RobotCommand TestMotion::command(int component, double way) const noexcept {
   if (joints_) {
     robot::RobotCommand out;
-    out.target = robot::CommandTarget::Joints;
+    out.space = robot::CommandSpace::Joints;
     out.mode = robot::CommandMode::Relative;
     out.joints = robot::JointVector::Zero(first_->joints.size());
     out.joints[component] = way;

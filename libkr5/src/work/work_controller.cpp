@@ -28,7 +28,7 @@ robot::RobotCommand WorkController::step(const robot::RobotReading& reading) noe
   const bool before = leads_itself(supervisor_.state().phase);
   robot::RobotCommand command = supervisor_.step(reading);
   setpoint_ = command.tool;
-  if (before || command.stop || command.target != robot::CommandTarget::Tool)
+  if (before || command.stop || command.space != robot::CommandSpace::Tool)
     led_ = false;
   else
     lead(command);

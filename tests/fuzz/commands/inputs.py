@@ -669,7 +669,7 @@ def _prepare_cells(folder: Path, run: Callable[..., None]) -> None:
     (folder / "bin.yaml").write_text("T_base_bin: [0.6, 0.0, 0.1, 0.0, 0.0, 0.3]\nsize: [0.1, 0.1, 0.08]\n")
     for source, name, column in (("servo_step", "scene", "q6"), ("peg_against_wall", "push", "z")):
         scene = yaml.safe_load((SHARE / "scenes" / f"{source}.yaml").read_text(encoding="utf-8"))
-        expected = {"column": column, "statistic": "max", "least": -10.0}  # of so short a run
+        expected = {"column": column, "statistic": "max", "min": -10.0}  # of so short a run
         scene.update(cell="cell.yaml", duration=0.1, expect=[expected])
         (folder / f"{name}.yaml").write_text(yaml.safe_dump(scene, sort_keys=False))
     t = np.arange(100) * 0.012

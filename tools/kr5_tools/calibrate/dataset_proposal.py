@@ -52,7 +52,7 @@ class Proposal:
         return yaml.safe_dump(self.keys, sort_keys=False)
 
     @property
-    def doubts(self) -> list[str]:
+    def undecided(self) -> list[str]:
         """Items that the data leave open."""
         return [reason.item for reason in self.reasons if reason.confidence == "low"]
 
@@ -72,9 +72,9 @@ def read_or_propose(
     proposal = propose_dataset(folder, target, camera)
     keys = proposal.keys
     command = " ".join(["kr5 dataset guess", str(folder), *(["--target", target] if target else []), "-o", str(file)])
-    if proposal.doubts:
+    if proposal.undecided:
         raise kr5.FileError(
-            file, f"no such file, and the data leave open: {', '.join(proposal.doubts)}; `{command}` proposes one"
+            file, f"no such file, and the data leave open: {', '.join(proposal.undecided)}; `{command}` proposes one"
         )
     if mount and mount != keys["mount"]:
         keys["mount"], keys["convention"]["meaning"] = mount, INVERTED

@@ -119,7 +119,7 @@ def put_marker_map(believed: kr5.cell.Cell, target: kr5.Target) -> None:
 
 def put_scanner_pose(believed: kr5.cell.Cell, T_flange_scanner: np.ndarray) -> None:
     """Pose of the line scanner, in the form in which the cell has it."""
-    laser = believed.laser or cell.Laser()
+    laser = believed.laser or cell.LineScanner()
     if laser.T_tool_scanner is not None and believed.tool is not None:
         laser.T_tool_scanner = np.linalg.inv(believed.tool.T_flange_tool) @ T_flange_scanner
     else:

@@ -10,4 +10,4 @@ def model_warnings(found: kr5.gap.Diagnosis, cell: kr5.cell.Cell, model: str | N
     """Sentences that doubt the model of a diagnosis, or the zeros of its log. `cell`: without the causes; `model`: file
     of the model that was given beside a log or a recording."""
     described = Path(model).name if model else "the cell"
-    return kr5.gap.doubt_texts(kr5.gap.model_doubts(found, cell), found.joint_names, described)
+    return kr5.gap.model_warning_texts(kr5.gap.model_warnings(found, cell), found.joint_names, described)

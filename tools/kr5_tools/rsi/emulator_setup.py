@@ -86,7 +86,7 @@ def make_layout(
         if controller:
             layout.controller = rsi.Controller(controller)
     else:
-        layout = rsi.usual_layout(rsi.Controller(controller or "krc4"), target=rsi.CorrectionTarget(corrections))
+        layout = rsi.usual_layout(rsi.Controller(controller or "krc4"), space=rsi.CorrectionSpace(corrections))
     layout.address = address or layout.address
     layout.port = layout.port if port is None else port
     if transport:

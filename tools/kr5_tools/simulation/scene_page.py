@@ -105,7 +105,8 @@ def check_row(check: dict[str, Any]) -> list[str]:
     """An expectation and what came of it, in the units of tables."""
     expected = check["expected"]
     factor, unit = table_unit(check["unit"])
-    bounds = [NONE if expected[k] is None else f"{factor * expected[k]:.6g}" for k in ("least", "most")]
+    keys = ("min", "max") if "min" in expected else ("least", "most")  # of versions before 0.3
+    bounds = [NONE if expected[k] is None else f"{factor * expected[k]:.6g}" for k in keys]
     return [
         expected["column"],
         str(expected["statistic"]),

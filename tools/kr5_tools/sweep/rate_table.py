@@ -13,14 +13,14 @@ LEVEL = 0.05
 def success_rate(successes: int, trials: int) -> dict[str, Any]:
     """A share with its exact (Clopper and Pearson) two-sided 95 % interval and one-sided lower bound."""
     if not trials:
-        return {"count": 0, "rate": None, "low": None, "high": None, "least": None}
+        return {"count": 0, "rate": None, "low": None, "high": None, "min_rate": None}
     found = uncertainty.success_rate(uncertainty.Count(successes=successes, trials=trials))
     return {
         "count": successes,
         "rate": found.rate,
         "low": found.interval.low,
         "high": found.interval.high,
-        "least": found.min_rate,
+        "min_rate": found.min_rate,
     }
 
 
@@ -121,7 +121,7 @@ def display_row(place: dict[str, Any]) -> list[str]:
 def _nothing_below(places: list[dict[str, Any]], test: str) -> str:
     """What it means that no place is significantly below the wanted rate, by the fewest trials of one."""
     fewest = min(p["trials"] for p in places)
-    shown = success_rate(fewest, fewest)["least"]
+    shown = success_rate(fewest, fewest)["min_rate"]
     if shown < WANTED:
         return (
             f"{fewest} trials of a place cannot show that the rate is {100 * WANTED:g} % or more: if all succeed, it"
@@ -137,7 +137,7 @@ def table_texts(table: dict[str, Any]) -> list[str]:
         COLUMNS_TEXT,
         (
             f"First attempt, all trials: {first['count']} of {table['pooled']['trials']}, {100 * first['rate']:.1f}"
-            f" %, at least {100 * first['least']:.1f} % (exact one-sided bound, 95 %)."
+            f" %, at least {100 * first['min_rate']:.1f} % (exact one-sided bound, 95 %)."
         ),
     ]
     below = [f"{p['tilt']:g} deg and {p['clearance']:g} mm" for p in table["rows"] if p["below"]]

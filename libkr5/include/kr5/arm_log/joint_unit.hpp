@@ -33,7 +33,7 @@ struct JointUnitGuess {
 };
 
 /// Numbers beyond which angles are no radians.
-inline constexpr double most_radians = 7.0;
+inline constexpr double max_radians = 7.0;
 
 /// The unit of logged joint angles by their numbers: counts of an encoder are whole and beyond degrees; per cent of a
 /// range stay within 100, and rest at it or would leave the limits as degrees.

@@ -74,6 +74,6 @@ std::vector<Eigen::Index> kept_rows(const Eigen::VectorXd& t, const Smoothing& s
                                     const TimeSpan& positions, int most = 0);
 
 /// Rows of an experiment that a diagnosis simulates at most.
-inline constexpr int most_experiment_rows = 3000;
+inline constexpr int max_experiment_rows = 3000;
 
 }  // namespace kr5::arm_log

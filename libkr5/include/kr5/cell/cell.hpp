@@ -36,7 +36,7 @@ struct Cell {
   std::optional<Camera> camera;
   std::optional<Board> board;
   std::vector<Target> targets;
-  std::optional<Laser> laser;
+  std::optional<LineScanner> laser;
   std::optional<Contact> contact;
   std::optional<Peg> peg;
   std::optional<Tube> tube;

@@ -64,7 +64,7 @@ struct Camera {
 };
 
 /// What the line scanner looks at: a sphere on a plane.
-struct LaserTarget {
+struct ScannerTarget {
   Eigen::Vector3d sphere = Eigen::Vector3d::Zero();  ///< Centre in B [m].
   double radius = 0.0;                               ///< [m]
   double plane = 0.0;                                ///< z in B [m].
@@ -78,12 +78,12 @@ struct LaserTarget {
 };
 
 /// Line scanner: profile in its X-Z plane, Z away from the scanner.
-struct Laser {
+struct LineScanner {
   std::optional<Pose> T_tool_scanner;    ///< From the nominal tool tip; or
   std::optional<Pose> T_flange_scanner;  ///< from the flange. One of the two.
   double stand_off = 0.19;               ///< Range without bias [m].
   double bias_distance = 0.05;           ///< Distance from there at which the bias is what laser_bias states [m].
-  std::optional<LaserTarget> target;
+  std::optional<ScannerTarget> target;
 
   static constexpr std::array<std::pair<std::string_view, std::string_view>, 2> file_keys = {
       {{"T_tool_scanner", "T_E_L"}, {"T_flange_scanner", "T_F_L"}}};

@@ -33,7 +33,7 @@ struct InsertionOptions {
   double servo_frequency = 0.0;       ///< [rad/s]
   double servo_damping = 0.75;        ///< [-]
   Localisation localisation = Localisation::Fit;
-  Entry entry = Entry::Tilted;
+  EntryAttitude entry = EntryAttitude::Tilted;
   InsertBy insert_by = InsertBy::Arm;
   std::optional<Eigen::Vector3d> hole;  ///< [m]
   GripModel grip;

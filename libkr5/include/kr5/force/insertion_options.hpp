@@ -22,11 +22,13 @@ constexpr auto enum_names(Localisation) {
 }
 
 /// Way of the peg from the place of the turn into the hole.
-enum class Entry {
+enum class EntryAttitude {
   Tilted,   ///< Rim first, upright only when the rim is in the bore.
   Upright,  ///< Upright on the face, slid until it drops.
 };
-constexpr auto enum_names(Entry) { return names<Entry>({{Entry::Tilted, "tilted"}, {Entry::Upright, "upright"}}); }
+constexpr auto enum_names(EntryAttitude) {
+  return names<EntryAttitude>({{EntryAttitude::Tilted, "tilted"}, {EntryAttitude::Upright, "upright"}});
+}
 
 /// Drive of the peg after it has entered the mouth of the bore.
 enum class InsertBy {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include <kr5/gap/explanation.hpp>
-#include <kr5/gap/model_doubts.hpp>
+#include <kr5/gap/model_warnings.hpp>
 
 /// @file
 /// What a recording says for and against causes and other effects, in sentences with numbers: made last, of fields.
@@ -41,7 +41,8 @@ std::string floor_text(const std::vector<JudgedColumn>& columns);
 
 /// What speaks against the model, and against the zeros of the log, with causes of unusual size.
 /// @param described What describes the robot: a file, the cell.
-std::vector<std::string> doubt_texts(const std::vector<ModelDoubt>& doubts, const std::vector<std::string>& joint_names,
-                                     const std::string& described = "the cell");
+std::vector<std::string> model_warning_texts(const std::vector<ModelWarning>& warnings,
+                                             const std::vector<std::string>& joint_names,
+                                             const std::string& described = "the cell");
 
 }  // namespace kr5::gap

@@ -14,14 +14,14 @@
 namespace kr5::robot {
 
 /// What a command moves.
-enum class CommandTarget {
+enum class CommandSpace {
   None,    ///< Nothing: the arm stands.
   Joints,  ///< Each joint.
   Tool,    ///< The tool tip E.
 };
-constexpr auto enum_names(CommandTarget) {
-  using enum CommandTarget;
-  return names<CommandTarget>({{None, "none"}, {Joints, "joints"}, {Tool, "tool"}});
+constexpr auto enum_names(CommandSpace) {
+  using enum CommandSpace;
+  return names<CommandSpace>({{None, "none"}, {Joints, "joints"}, {Tool, "tool"}});
 }
 
 enum class CommandMode {
@@ -74,22 +74,22 @@ struct GripperCommand {
 };
 
 struct RobotCommand {
-  CommandTarget target = CommandTarget::None;
+  CommandSpace space = CommandSpace::None;
   CommandMode mode = CommandMode::Absolute;
   CommandFrame frame = CommandFrame::Base;
-  JointVector joints = {};       ///< Values, or changes of them, for the target joints [rad or m].
-  Pose tool = Pose::Identity();  ///< T_base_tool, or the motion of the tool, for the target tool [m].
+  JointVector joints = {};       ///< Values, or changes of them, for the space joints [rad or m].
+  Pose tool = Pose::Identity();  ///< T_base_tool, or the motion of the tool, for the space tool [m].
   CommandLimits limits = {};
   GripperCommand gripper = {};
   bool stop = false;  ///< Stop the arm where it is, whatever else is said.
 
   static void each_field(auto& self, auto&& visit) {
-    visit("target", self.target, "What the command moves: none | joints | tool.");
+    visit("space", self.space, "What the command moves: none | joints | tool.");
     visit("mode", self.mode,
           "Meaning of its values: absolute (where it shall be) | relative (motion from where it is).");
     visit("frame", self.frame, "Axes of a relative motion of the tool: base | tool.");
-    visit("joints", self.joints, "Joint values, or changes of them, for the target joints [rad or m].");
-    visit("tool", self.tool, "T_base_tool, or the motion of the tool, for the target tool [m].");
+    visit("joints", self.joints, "Joint values, or changes of them, for the space joints [rad or m].");
+    visit("tool", self.tool, "T_base_tool, or the motion of the tool, for the space tool [m].");
     visit("limits", self.limits, "Greatest motion in one cycle.");
     visit("gripper", self.gripper, "Command to the gripper.");
     visit("stop", self.stop, "True once the arm must stop at its present position.");

@@ -21,7 +21,7 @@ class LateAnswers {
   void restart() noexcept;
 
   int in_succession() const noexcept { return in_succession_; }
-  int most_in_succession() const noexcept { return most_; }
+  int max_in_succession() const noexcept { return most_; }
   /// Of the latest cycles.
   double share() const noexcept;
   std::uint64_t total() const noexcept { return total_; }

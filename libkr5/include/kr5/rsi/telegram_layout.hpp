@@ -202,13 +202,13 @@ inline constexpr int max_values = 160;
 std::vector<TelegramField> telegram_fields(const std::vector<TelegramElement>& elements);
 
 /// What corrections move.
-enum class CorrectionTarget { Axes, Cartesian };
-constexpr auto enum_names(CorrectionTarget) {
-  return names<CorrectionTarget>({{CorrectionTarget::Axes, "axes"}, {CorrectionTarget::Cartesian, "cartesian"}});
+enum class CorrectionSpace { Axes, Cartesian };
+constexpr auto enum_names(CorrectionSpace) {
+  return names<CorrectionSpace>({{CorrectionSpace::Axes, "axes"}, {CorrectionSpace::Cartesian, "cartesian"}});
 }
 
 /// Poses, axes, motor currents and late packets in; corrections and the bits of a gripper out. Over UDP.
-TelegramLayout usual_layout(Controller controller, CorrectionTarget target = CorrectionTarget::Axes);
+TelegramLayout usual_layout(Controller controller, CorrectionSpace space = CorrectionSpace::Axes);
 /// What a job from bin to tube needs: Cartesian corrections; besides, the force/torque sensor, the state of the program
 /// and the digital inputs with the bit `gripped` in, the bit `fingers` and the end of the motion out.
 TelegramLayout job_layout(Controller controller);

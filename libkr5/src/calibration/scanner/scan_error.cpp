@@ -86,7 +86,7 @@ class ScanStudy {
  private:
   /// A straight pass along Y of the scanner, looking down.
   ScanPass make_pass(double stand_off, double speed, double azimuth) const {
-    const cell::LaserTarget& target = *cell_.laser->target;
+    const cell::ScannerTarget& target = *cell_.laser->target;
     Pose T_base_scanner = Pose::Identity();
     T_base_scanner.linear() =
         exp_rotation(azimuth * Eigen::Vector3d::UnitZ()) * Eigen::Vector3d(1, -1, -1).asDiagonal();
@@ -152,7 +152,7 @@ class ScanStudy {
   /// Adds the errors of the cloud of one pass.
   FitReport add_error(const ScanPass& pass, const std::vector<TimedProfile>& profiles, double delay,
                       ScanErrorSum& sum) const {
-    const cell::LaserTarget& target = *cell_.laser->target;
+    const cell::ScannerTarget& target = *cell_.laser->target;
     const ProfileCloudOptions all{.delay = delay, .max_gap = std::numeric_limits<double>::infinity()};
     const ProfileCloud cloud = profiles_to_cloud(profiles, pass.t, pass.T_base_flange, T_flange_scanner_, all);
     const SphereFit found = fit_sphere(cloud.points, target.radius, target.sphere);

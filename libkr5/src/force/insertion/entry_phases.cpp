@@ -35,7 +35,7 @@ void Insertion::Machine::begin_entry(double azimuth) noexcept {
 }
 
 void Insertion::Machine::slide(const ContactEstimate& now) noexcept {
-  options.entry == Entry::Tilted ? slide_tilted(now) : slide_upright(now);
+  options.entry == EntryAttitude::Tilted ? slide_tilted(now) : slide_upright(now);
 }
 
 /// Rim first, until it falls into the bore or meets its far wall. Across the way the peg follows the forces: on the
@@ -105,7 +105,7 @@ void Insertion::Machine::settle_upright(const ContactEstimate& now) noexcept {
     return enter_phase(doubtful ? Phase::Confirm : Phase::Push);
   }
   if (seconds() < waiting(mouth, entered)) return;
-  if (spiralled || options.entry != Entry::Tilted) return end_attempt(Reason::NoDrop);
+  if (spiralled || options.entry != EntryAttitude::Tilted) return end_attempt(Reason::NoDrop);
   spiralled = true;
   begin_spiral(now);
 }

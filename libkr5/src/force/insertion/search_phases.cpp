@@ -100,7 +100,7 @@ void Insertion::Machine::meet() noexcept {
 /// tube was not felt yet, the peg goes down when it is tilted: one that is tilted in a bore wedges.
 void Insertion::Machine::approach() noexcept {
   if (sharp.force.norm() > options.forces.obstacle) return meet();
-  const bool tilted = !known || options.entry == Entry::Tilted;
+  const bool tilted = !known || options.entry == EntryAttitude::Tilted;
   Eigen::Vector2d over = place;
   if (known && tilted) over -= 0.7 * capture_offset() * direction();
   const double wanted = tilted ? options.tilt : 0.0, height = tilted ? tilted_height() : face + options.motion.height;
@@ -131,7 +131,8 @@ void Insertion::Machine::touch(const ContactEstimate& now) noexcept {
   }
   const Eigen::Vector3d along(0.0, 0.0, press_speed(options.forces.roll, now));
   path.drive(along, met ? options.motion.braking : options.motion.acceleration);
-  if (captured(now) || (known && options.entry == Entry::Tilted && seconds() > settling)) return begin_entry(round.x);
+  if (captured(now) || (known && options.entry == EntryAttitude::Tilted && seconds() > settling))
+    return begin_entry(round.x);
   const bool held = std::abs(now.press() - options.forces.roll) < 0.2 * options.forces.roll;
   if (!settled_for(settling, held) && seconds() < settle_timeout()) return;
   if (now.press() < min_press) return end_attempt(Reason::NoContact);
@@ -204,7 +205,7 @@ void Insertion::Machine::aim(const ContactEstimate& now) noexcept {
   drive(Eigen::Vector2d::Zero(), press_speed(options.forces.slide, now));
   const InsertionMotion& m = options.motion;
   const double turned = nearest_turn();
-  if (options.entry == Entry::Tilted) {
+  if (options.entry == EntryAttitude::Tilted) {
     plan_tilt(0.0, round.towards(turned, 2 * tilting, 4 * m.turning, options.cycle));
     if (std::abs(turned - round.x) > 1e-2) return;
   } else {

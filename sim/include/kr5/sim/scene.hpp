@@ -112,7 +112,7 @@ struct Expectation {
   Statistic statistic = Statistic::Last;
   double begin = 0.0;         ///< [s]
   std::optional<double> end;  ///< [s]
-  std::optional<double> least, most;
+  std::optional<double> min, max;
 
   static constexpr std::array<std::string_view, 1> required = {"column"};
   static void each_field(auto& self, auto&& visit) {
@@ -120,8 +120,8 @@ struct Expectation {
     visit("statistic", self.statistic, "Statistic from begin to end: last | mean | min | max | range | rms.");
     visit("begin", self.begin, "Time of the first row that counts [s].");
     visit("end", self.end, "Time of the last row that counts; without it, the end of the scene [s].");
-    visit("least", self.least, "Minimum allowed value of the statistic.");
-    visit("most", self.most, "Maximum allowed value of the statistic.");
+    visit("min", self.min, "Minimum allowed value of the statistic.");
+    visit("max", self.max, "Maximum allowed value of the statistic.");
   }
 };
 

@@ -72,8 +72,8 @@ void settle_at(Stages& stages, const typename Stages::Place& place) {
       [&] { stages.find_noise(); });
 }
 
-constexpr double clearly = 1e-3;        // share of the cost by which another minimum must be lower to be gone to
-constexpr std::size_t most_rivals = 4;  // minima that are looked at again with the noise that was found
+constexpr double clearly = 1e-3;       // share of the cost by which another minimum must be lower to be gone to
+constexpr std::size_t max_rivals = 4;  // minima that are looked at again with the noise that was found
 
 /// The best of the other minima, with the noise that was found; where one turns out to be better, the calibration moves
 /// there, so that it never ends at a minimum that a start is known to beat.
@@ -81,7 +81,7 @@ template <Comparing Stages>
 std::optional<Rival<typename Stages::Place>> compare_minima(
     Stages& stages, const std::vector<Minimum<typename Stages::Place>>& minima) {
   using Place = typename Stages::Place;
-  for (std::size_t move = 0; move <= most_rivals; ++move) {
+  for (std::size_t move = 0; move <= max_rivals; ++move) {
     const Place here = stages.place();
     const auto is_here = [&](const Minimum<Place>& minimum) { return stages.same(minimum.at, here); };
     if (std::all_of(minima.begin(), minima.end(), is_here)) return std::nullopt;
@@ -89,7 +89,7 @@ std::optional<Rival<typename Stages::Place>> compare_minima(
     std::vector<Place> seen = {own.at};
     std::optional<Rival<Place>> best;
     for (const Minimum<Place>& other : minima) {
-      if (seen.size() > most_rivals) break;
+      if (seen.size() > max_rivals) break;
       const auto known = [&](const Place& place) { return stages.same(place, other.at); };
       if (std::any_of(seen.begin(), seen.end(), known)) continue;
       const Minimum<Place> again = stages.revisit(other.at);

@@ -13,18 +13,18 @@
 
 namespace kr5::gap {
 
-enum class ModelDoubtKind {
+enum class ModelWarningKind {
   Mass,  ///< `value` times that of the model.
   Size,  ///< A centre of mass, a length or an angle that lies `value` from that of the model.
   Zero,  ///< The zero of a joint, by which everything beyond it is moved.
 };
-constexpr auto enum_names(ModelDoubtKind) {
-  using enum ModelDoubtKind;
-  return names<ModelDoubtKind>({{Mass, "mass"}, {Size, "size"}, {Zero, "zero"}});
+constexpr auto enum_names(ModelWarningKind) {
+  using enum ModelWarningKind;
+  return names<ModelWarningKind>({{Mass, "mass"}, {Size, "size"}, {Zero, "zero"}});
 }
 
-struct ModelDoubt : EffectName {
-  ModelDoubtKind kind = ModelDoubtKind::Size;
+struct ModelWarning : EffectName {
+  ModelWarningKind kind = ModelWarningKind::Size;
   double value = 0.0;  ///< As the kind says, in `unit`.
   double std = 0.0;    ///< In `unit`.
   std::string unit;
@@ -41,6 +41,6 @@ struct ModelDoubt : EffectName {
 /// Causes on joints whose sizes are beyond what is usual by two standard deviations: a mass by half of it, a centre of
 /// mass by 100 mm, a length by 10 mm, an angle by 0.05 rad, the zero of a joint by 0.1 rad.
 /// @param cell Without the causes.
-std::vector<ModelDoubt> model_doubts(const Diagnosis& found, const cell::Cell& cell);
+std::vector<ModelWarning> model_warnings(const Diagnosis& found, const cell::Cell& cell);
 
 }  // namespace kr5::gap

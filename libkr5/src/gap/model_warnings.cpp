@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <kr5/gap/model_doubts.hpp>
+#include <kr5/gap/model_warnings.hpp>
 
 #include <cmath>
 #include <optional>
@@ -32,49 +32,51 @@ std::optional<Eigen::VectorXd> stated_numbers(const cell::Cell& cell, const Caus
   return out;
 }
 
-std::optional<ModelDoubt> doubt_of_mass(const Cause& cause, const ParameterEstimate& p, double stated) {
+std::optional<ModelWarning> warning_of_mass(const Cause& cause, const ParameterEstimate& p, double stated) {
   const double low = p.value[0] - surely * p.std[0], high = p.value[0] + surely * p.std[0];
   if (high >= stated / usual_factor && low <= stated * usual_factor) return std::nullopt;
-  return ModelDoubt{cause, ModelDoubtKind::Mass, p.value[0] / stated, p.std[0] / stated, "-"};
+  return ModelWarning{cause, ModelWarningKind::Mass, p.value[0] / stated, p.std[0] / stated, "-"};
 }
 
-std::optional<ModelDoubt> doubt_of_size(const Cause& cause, const ParameterEstimate& p, const Eigen::VectorXd& stated) {
+std::optional<ModelWarning> warning_of_size(const Cause& cause, const ParameterEstimate& p,
+                                            const Eigen::VectorXd& stated) {
   if (p.unit != "m" && p.unit != "rad") return std::nullopt;
   const double usual = stated.size() == 3 ? usual_centre : p.unit == "m" ? usual_length : usual_angle;
   const double off = (as_numbers(p.value) - stated).norm(), error = as_numbers(p.std).norm();
   if (!(off - surely * error > usual)) return std::nullopt;
-  return ModelDoubt{cause, ModelDoubtKind::Size, off, error, p.unit};
+  return ModelWarning{cause, ModelWarningKind::Size, off, error, p.unit};
 }
 
 /// The first of its parameters that is far from what the cell says.
-std::optional<ModelDoubt> doubt_of_model(const Cause& cause, const cell::Cell& cell) {
+std::optional<ModelWarning> warning_of_model(const Cause& cause, const cell::Cell& cell) {
   for (const ParameterEstimate& p : cause.parameters) {
     const auto stated = stated_numbers(cell, cause, p);
     if (!stated) continue;
     const bool mass = p.unit == "kg" && (*stated)[0] > 0;
-    if (auto doubt = mass ? doubt_of_mass(cause, p, (*stated)[0]) : doubt_of_size(cause, p, *stated)) return doubt;
+    if (auto warning = mass ? warning_of_mass(cause, p, (*stated)[0]) : warning_of_size(cause, p, *stated))
+      return warning;
   }
   return std::nullopt;
 }
 
-std::optional<ModelDoubt> doubt_of_zero(const Cause& cause, const cell::Effect& row) {
+std::optional<ModelWarning> warning_of_zero(const Cause& cause, const cell::Effect& row) {
   if (!row.moves_tool || cause.parameters.size() != 1) return std::nullopt;
   const ParameterEstimate& zero = cause.parameters[0];
   if (zero.unit != "rad" || row.parameters.at(0).nominal_when_off || zero.value.empty() || zero.std.empty())
     return std::nullopt;
   if (!(std::abs(zero.value[0]) - surely * zero.std[0] > usual_zero)) return std::nullopt;
-  return ModelDoubt{cause, ModelDoubtKind::Zero, zero.value[0], zero.std[0], zero.unit};
+  return ModelWarning{cause, ModelWarningKind::Zero, zero.value[0], zero.std[0], zero.unit};
 }
 
 }  // namespace
 
-std::vector<ModelDoubt> model_doubts(const Diagnosis& found, const cell::Cell& cell) {
-  std::vector<ModelDoubt> out;
+std::vector<ModelWarning> model_warnings(const Diagnosis& found, const cell::Cell& cell) {
+  std::vector<ModelWarning> out;
   for (const Cause& cause : found.causes) {
     const cell::Effect* row = known_row(cause.effect);
     if (!row || !cause.target.starts_with("joint")) continue;
-    if (auto doubt = doubt_of_model(cause, cell)) out.push_back(std::move(*doubt));
-    if (auto doubt = doubt_of_zero(cause, *row)) out.push_back(std::move(*doubt));
+    if (auto warning = warning_of_model(cause, cell)) out.push_back(std::move(*warning));
+    if (auto warning = warning_of_zero(cause, *row)) out.push_back(std::move(*warning));
   }
   return out;
 }
