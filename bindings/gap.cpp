@@ -233,6 +233,8 @@ void bind_diagnosis(py::module_& m) {
   bind_struct<Diagnosis>(m, "Diagnosis", "Diagnosis of the disagreement of a simulation and a cell (kr5-gap/2).")
       .def("to_json", &to_json, "JSON text of format kr5-gap/2.")
       .def_property_readonly("text", &verdict_text, "The verdict in sentences.")
+      .def_property_readonly("headline", &headline_text, "Beginning of the verdict, the cause first: 40 words at most.")
+      .def_property_readonly("details", &details_text, "What the verdict says beyond its headline.")
       .def_property_readonly("warnings", &warnings, "All that was found about the recording, a sentence each.")
       .def_property_readonly(
           "cell", [](const Diagnosis& d) { return d.cell; }, "Nominal cell with the causes added (a copy).");

@@ -9,6 +9,7 @@
 #include <kr5/rsi/emulator.hpp>
 #include <kr5/rsi/kuka_pose.hpp>
 #include <kr5/rsi/layout_file.hpp>
+#include <kr5/rsi/layout_settings.hpp>
 #include <kr5/rsi/link.hpp>
 #include <kr5/rsi/link_diagnosis.hpp>
 #include <kr5/rsi/link_recorder.hpp>
@@ -42,6 +43,12 @@ void bind_layout(py::module_& m) {
         "Layout of poses, axes, motor currents and late packets in, corrections and the bits of a gripper out.");
   m.def("job_layout", &job_layout, py::arg("controller"),
         "Layout of a job from bin to tube: Cartesian corrections, force/torque sensor, gripper, state, and a stop.");
+  bind_struct<LayoutSettings>(m, "LayoutSettings",
+                              "What the sensor configuration of a controller does not hold (kr5-rsi-settings/1).");
+  m.def("load_layout_settings", &load_layout_settings, py::arg("file"),
+        "Settings of a YAML file. IoError names file, line and field.");
+  m.def("with_settings", &with_settings, py::arg("layout"), py::arg("settings"),
+        "The layout with these settings; what they do not hold stays. InvalidArgument names the field.");
   m.def("book_layout", &book_layout, "Layout of the KR C2 of the book, over TCP.");
   m.def("telegram_fields", &telegram_fields, py::arg("elements"),
         "Values of a telegram in the order in which they stand.");

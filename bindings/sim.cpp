@@ -331,6 +331,8 @@ static void bind_work_cell_structs(py::module_& m) {
   bind_struct<WorkCellErrors>(m, "WorkCellErrors",
                               "Differences between a work cell and what its controller is told; standard deviations "
                               "are drawn once a cell.");
+  m.def("severe_errors", &severe_errors,
+        "Errors of servo, friction, radii and force sensor beside the usual ones of a work cell.");
   bind_struct<WorkCellOptions>(m, "WorkCellOptions", "What stands in a work cell, and how it differs from its model.");
   bind_struct<PelletTruth>(m, "PelletTruth", "Where a pellet of a work cell is.");
   bind_struct<WorkCellTruth>(m, "WorkCellTruth", "What is so in a work cell, whatever its sensors say.");

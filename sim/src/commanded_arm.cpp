@@ -210,7 +210,6 @@ CommandedArmState CommandedArm::state() const {
   out.T_base_told = told_.T_base_tool;
   out.wrenches.assign(wrenches_.begin(), wrenches_.end());
   out.touch = touch_;
-  out.stopped = stopped_;
   out.reachable = reachable_;
   return out;
 }
@@ -242,7 +241,7 @@ void CommandedArm::restore(const CommandedArmState& state) {
   touch_ = state.touch;
   arm_.environment_changed();
   time_ = state.time;
-  stopped_ = state.stopped;
+  stopped_ = false;  // a stop is a command, and ends with the program that gave it
   reachable_ = state.reachable;
   read_ = false;
 }

@@ -52,7 +52,7 @@ struct CommandedArmState {
   Pose T_base_told = Pose::Identity();                   ///< [m]
   std::vector<TimedWrench> wrenches;
   Vector6 touch = Vector6::Zero();  ///< [N, N m]
-  bool stopped = false, reachable = true;
+  bool reachable = true;
 
   static void each_field(auto& self, auto&& visit) {
     visit("time", self.time, "Time [s].");
@@ -73,7 +73,6 @@ struct CommandedArmState {
     visit("T_base_told", self.T_base_told, "Pose of the tool in it [m].");
     visit("wrenches", self.wrenches, "Wrenches that the sensor has not told yet.");
     visit("touch", self.touch, "Wrench on the tool at the sensor, in B [N, N m].");
-    visit("stopped", self.stopped, "Whether it was told to stop.");
     visit("reachable", self.reachable, "Whether it could go where it was told.");
   }
 };

@@ -56,6 +56,16 @@ void WorkCellErrors::validate() const {
   });
 }
 
+WorkCellErrors severe_errors() {
+  return {.servo = 0.15,
+          .friction = 0.3,
+          .pellet_radius = 1e-5,
+          .force_delay = 0.012,
+          .force_gain = 0.05,
+          .force_bias = 2.5,
+          .force_drift = 0.025};
+}
+
 void WorkCellOptions::validate() const {
   check_part(bin, "bin");
   check_part(pour, "pour");

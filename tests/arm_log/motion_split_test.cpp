@@ -72,6 +72,17 @@ TEST_CASE("a log is parted where its clock stands still, the last parts are to c
   CHECK(arm_log::split_motions({log})[0].cut != CutReason::Uncut);
 }
 
+TEST_CASE("a part in which the arm creeps after its motion, and is told to stand, is none") {
+  LoggedMotion log = pausing(14, 100);
+  log.commanded = true;
+  log.command = log.q;
+  log.t.tail(500).array() += 5.0;
+  log.q.col(0).tail(500) += VectorXd::LinSpaced(500, 0, 0.002);
+  const auto spans = arm_log::split_motions({log});
+  for (const auto& span : spans) CHECK(span.end < 16.0 + 5.0);
+  CHECK(spans.size() == 2);
+}
+
 TEST_CASE("of several logs the last are to check") {
   const auto spans = arm_log::split_motions({pausing(100, 100), pausing(100, 100), pausing(100, 100)});
   REQUIRE(spans.size() == 3);

@@ -66,6 +66,25 @@ TEST_CASE("a verdict begins with the causes, in at most 40 words, however many t
         "Causes: centre of mass of the link of joint 3 and link inertia of joint 3, each more than 99.9 % probable");
 }
 
+TEST_CASE("a headline has at most 40 words, and the details say the rest") {
+  for (const int count : {0, 1, 2, 7})
+    for (const auto verdict : {Verdict::Explained, Verdict::PartlyExplained, Verdict::Unknown, Verdict::NoGap})
+      for (const bool late : {false, true}) {
+        Diagnosis d = explained(count);
+        d.verdict = verdict;
+        d.scope = {{ScopeReason::AtRest, Kind::Motion, "motion-1", 500}};
+        if (late) d.clock_faults = {{"wrench", {Kind::Press, Kind::Profile}, -0.0065, 0.00025}};
+        CAPTURE(headline_text(d), details_text(d));
+        CHECK(words_of(headline_text(d)) <= 40);
+        CHECK(headline_text(d) + " " + details_text(d) == verdict_text(d));
+      }
+  const Diagnosis one = explained(1);
+  CHECK(headline_text(one).starts_with(causes_text(one) + " With it the gap falls from"));
+  Diagnosis agreed;
+  CHECK(headline_text(agreed) == verdict_text(agreed));
+  CHECK(details_text(agreed).empty());
+}
+
 TEST_CASE("of one cause size, uncertainty and probability are told, of many the least probability") {
   CHECK(causes_text(explained(1)) == "Cause: viscous friction of joint 1 (31.250 ± 0.012 N m s/rad, 97 % probable).");
   Diagnosis several = explained(3);
@@ -130,7 +149,8 @@ TEST_CASE("without a cause the gap is told, and late columns before it") {
   Diagnosis broken = explained(1);
   broken.clock_faults = {{"wrench", {Kind::Press, Kind::Profile}, -0.0065, 0.00025}};
   CHECK(verdict_text(broken).starts_with(
-      "The wrench of contact was logged 6.50 ± 0.25 ms early relative to the other columns. Cause: viscous"));
+      "Cause: viscous friction of joint 1 (31.250 ± 0.012 N m s/rad, 97 % probable). The wrench of contact was logged "
+      "6.50 ± 0.25 ms early relative to the other columns. With it the gap falls"));
 }
 
 TEST_CASE("that there is no gap is claimed within what was compared") {

@@ -1,6 +1,7 @@
 """`kr5 rsi emulate` and kr5.rsi.Emulator against a client that is written from the description of the interface, not
 with the code of kr5."""
 
+import contextlib
 import json
 import math
 import os
@@ -294,6 +295,19 @@ def test_the_command_ends_with_the_program(share, run_kr5):
     assert done.returncode == 1
     assert f"No client gave a good answer at 127.0.0.1:{silent.port} (UDP)" in done.stdout
     assert "RSITimeout" in done.stdout  # among the events
+    assert "None came." in done.stdout
+
+
+def test_the_command_says_what_is_wrong_with_answers_of_which_none_is_good(udp, share, run_kr5):
+    def answer_wrongly():
+        with contextlib.suppress(OSError):
+            while True:
+                udp.send(re.sub("<IPOC>.*</IPOC>", "<IPOC>7</IPOC>", answer_to(udp.receive())))
+
+    threading.Thread(target=answer_wrongly, daemon=True).start()
+    done = run_kr5("rsi", "emulate", share / "cells/kr5_arc.yaml", "--port", udp.port, "--for", 2)
+    assert done.returncode == 1
+    assert "answers had an IPOC that was never sent: send the digits back as they came." in done.stdout
 
 
 def test_ctrl_c_ends_it_with_its_tables(udp, share, tmp_path):

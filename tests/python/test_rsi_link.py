@@ -407,6 +407,41 @@ def test_the_monitor_ends_by_ctrl_c_and_keeps_its_log(layout_file, tmp_path):
     assert f"log.csv: {rows} rows" in out
 
 
+def test_a_monitor_that_joins_a_moving_path_leaves_it_alone(share, run_kr5, tmp_path):
+    layout = rsi.usual_layout("krc4")
+    layout.address, layout.port = "127.0.0.1", free_port()
+    (tmp_path / "link.xml").write_text(rsi.layout_xml(layout))
+    (tmp_path / "settings.yaml").write_text("format: kr5-rsi-settings/1\ncurrent_units: [1, 1, 1, 1, 1, 1]\n")
+    words = ["rsi", "emulate", str(share / "cells/kr5_arc.yaml"), "--layout", "link.xml", "--timeout", "100000"]
+    words += ["--path", "20,-70,-110,0,30,0", "--path", "-40,0,-120,0,0,0", "--path-speed", "20", "--for", "9"]
+    command = [sys.executable, "-m", "kr5_tools", *words, "--json", "emulated.json"]
+    with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as emulator:
+        time.sleep(3)
+        options = ("--for", 2, "--listen", "127.0.0.1", "--log", "log.csv", "--settings", "settings.yaml")
+        done = run_kr5("rsi", "monitor", "link.xml", *options)
+        emulator.communicate(timeout=60)
+    assert done.returncode == 0, done.stderr
+    out = json.loads((tmp_path / "emulated.json").read_text())
+    assert out["message"] == "" and out["statistics"]["controller"]["answered"] > 100
+    log = np.genfromtxt(tmp_path / "log.csv", delimiter=",", names=True)
+    speed = np.gradient(log["qc1"], log["t"])
+    moving = np.abs(speed) > 0.5 * np.abs(speed).max()
+    assert np.abs(speed).max() > 0.1
+    lag = (log["qc1"] - log["q1"])[moving] / speed[moving]
+    assert 0 < np.median(lag) < 0.065  # [s] of the servos alone; twice that with it as a correction
+    assert np.abs(log["i2"]).max() > 0.1
+
+
+def test_settings_of_another_layout_are_refused(run_kr5, layout_file, tmp_path):
+    for text, said in (
+        ("format: kr5-rsi-settings/1\nmeanings: {Force: sensor_wrench}\n", "meanings.Force: the layout has no such"),
+        ("format: kr5-rsi-settings/1\naxis: 3\n", "axis"),
+    ):
+        (tmp_path / "settings.yaml").write_text(text)
+        done = run_kr5("rsi", "monitor", layout_file(free_port()), "--settings", "settings.yaml", "--for", 0.3)
+        assert done.returncode == 2 and "settings.yaml" in done.stderr and said in done.stderr
+
+
 def test_a_monitor_without_a_controller_says_who_knows_why(run_kr5, layout_file):
     done = run_kr5("rsi", "monitor", layout_file(free_port()), "--for", 0.3, "--listen", "127.0.0.1")
     assert done.returncode == 1 and "kr5 rsi doctor" in done.stderr

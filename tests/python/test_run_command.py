@@ -12,12 +12,13 @@ import kr5
 import numpy as np
 import pytest
 from kr5 import job, logs
-from kr5.cell import load_cell
+from kr5.cell import load_cell, save_cell
 
 work = pytest.importorskip("kr5.work", reason="this kr5 was built without DART, ViSP, PCL or SQLite")
 
 from kr5 import sim
 
+from free_ports import free_port
 from kr5_tools.work import job_cell, job_log, job_tables, remedies, run_page
 
 
@@ -140,8 +141,9 @@ def test_an_interrupted_job_goes_on_where_it_was_and_ends(run_kr5, tmp_path):
             time.sleep(0.05)
         time.sleep(0.3)
         os.kill(first.pid, signal.SIGINT)
-        first.communicate(timeout=60)
+        _, said = first.communicate(timeout=60)
     assert first.returncode not in (0, 1, 2)
+    assert "stopped; the journal job.db keeps the job: the same command goes on where it was" in said
     done = run_kr5(*command, "--json", "out.json", "--report", "page.html")
     assert done.returncode == 0, done.stdout + done.stderr
     out = json.loads((tmp_path / "out.json").read_text())
@@ -151,6 +153,44 @@ def test_an_interrupted_job_goes_on_where_it_was_and_ends(run_kr5, tmp_path):
     assert (tmp_path / "page.html").stat().st_size > 10_000
     again = run_kr5(*command)
     assert again.returncode == 0 and "The job is done: 1 inserted." in again.stdout
+
+
+def test_a_released_job_goes_on_without_the_link_that_it_was_stopped_in(run_kr5, tmp_path):
+    command = ("run", "--pellets", 1, "--seed", 5, "--journal", "job.db")
+    words = [sys.executable, "-m", "kr5_tools", *map(str, command), "--through-rsi", "--port", str(free_port())]
+    with subprocess.Popen(words, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as first:
+        end = time.monotonic() + 120
+        while not (tmp_path / "job.db.cell").exists() and first.poll() is None and time.monotonic() < end:
+            time.sleep(0.05)
+        time.sleep(1)
+        os.kill(first.pid, signal.SIGINT)
+        _, said = first.communicate(timeout=60)
+    assert "the journal job.db keeps the stop by operator. Release it with `kr5 job release job.db" in said
+    assert run_kr5(*command).returncode == 1  # latched
+    assert run_kr5("job", "release", "job.db", "--person", "Ada Lovelace").returncode == 0
+    done = run_kr5(*command)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "In truth: 1 in the tube." in done.stdout
+
+
+@pytest.mark.parametrize("seed", [5, 7])
+def test_the_log_of_a_job_names_an_effect_and_nothing_without_one(run_kr5, share, tmp_path, seed):
+    assert run_kr5("run", "--pellets", 1, "--seed", seed, "--log", "clean.csv").returncode == 0
+    worn = load_cell(share / "cells/kr5_arc.yaml")
+    worn.set_effect("coulomb_friction", "joint2", "coulomb", 60.0)
+    save_cell(worn, tmp_path / "worn.yaml")
+    assert run_kr5("run", "worn.yaml", "--pellets", 1, "--seed", seed, "--log", "worn.csv").returncode == 0
+    model = share / "cells/kr5_arc.yaml"
+    found = {}
+    for name in ("clean", "worn"):
+        done = run_kr5("gap", "diagnose", f"{name}.csv", "--model", model, "-o", f"{name}.json")
+        assert done.returncode in (0, 1), done.stderr
+        found[name] = json.loads((tmp_path / f"{name}.json").read_text())
+    assert found["clean"]["causes"] == []
+    (cause,) = found["worn"]["causes"]
+    assert (cause["effect"], cause["target"]) == ("coulomb_friction", "joint2")
+    (level,) = cause["parameters"]
+    assert abs(level["value"] - 60.0) < 4 * level["std"] + 0.5
 
 
 def test_a_job_is_shown_as_it_runs_and_then_its_page(tmp_path):

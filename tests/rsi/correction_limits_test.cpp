@@ -73,7 +73,7 @@ TEST_CASE("commands bring the path where they say, in either mode and frame, wit
         }
         const TelegramLayout layout = book_layout();
         PathCorrection correction(layout, {}, mode, frame, cycle);
-        correction.begin(state);
+        correction.begin(state, state);
         Path path(mode, frame, state);
         const JointVector goal = state.joints + JointVector::LinSpaced(6, -0.05, 0.05);
         for (int k = 0; k < 200; ++k) path.apply(correction.step(joints_command(goal), state));
@@ -98,7 +98,7 @@ TEST_CASE("a tool whose orientation is free turns all the way round, and further
     const ControllerState state = standing();
     PathCorrection correction(usual_layout(Controller::Krc4, CorrectionSpace::Cartesian), limits, CommandMode::Absolute,
                               frame, cycle);
-    correction.begin(state);
+    correction.begin(state, state);
     Path path(CommandMode::Absolute, frame, state);
     const Eigen::Vector3d axis = Eigen::Vector3d(1, -2, 2) / 3.0;
     Eigen::Matrix3d before = path.tool.linear();
@@ -121,7 +121,7 @@ TEST_CASE("a jump of a free orientation is followed within speed and acceleratio
   const ControllerState state = standing();
   PathCorrection correction(usual_layout(Controller::Krc4, CorrectionSpace::Cartesian), limits, CommandMode::Absolute,
                             CommandFrame::Base, cycle);
-  correction.begin(state);
+  correction.begin(state, state);
   Path path(CommandMode::Absolute, CommandFrame::Base, state);
   Pose wanted = *state.tool;
   wanted.linear() = Eigen::AngleAxisd(2.8, Eigen::Vector3d(2, 1, -2) / 3.0) * state.tool->linear();
@@ -146,7 +146,7 @@ TEST_CASE("the limits of every joint and of the pose hold for random commands") 
   for (const CommandMode mode : {CommandMode::Absolute, CommandMode::Relative}) {
     const ControllerState state = standing();
     PathCorrection correction(book_layout(), limits, mode, CommandFrame::Base, cycle);
-    correction.begin(state);
+    correction.begin(state, state);
     Path path(mode, CommandFrame::Base, state);
     JointVector q = state.joints, qd = JointVector::Zero(6);
     Vector6 x = Vector6::Zero(), xd = Vector6::Zero();
@@ -196,31 +196,44 @@ TEST_CASE("a session begins with the correction that the controller makes alread
   for (const CommandMode mode : {CommandMode::Absolute, CommandMode::Relative}) {
     const bool absolute = mode == CommandMode::Absolute;
     PathCorrection axes(usual_layout(Controller::Krc4), {}, mode, CommandFrame::Base, cycle);
-    axes.begin(state);
+    axes.begin(state, state);
     CHECK((axes.hold().joints - (absolute ? 1.0 : 0.0) * (state.joints - state.joint_setpoints)).norm() < 1e-12);
     axes.step(joints_command(state.joints), state);  // where it is
     CHECK(axes.outcome() == CommandOutcome::Followed);
     CHECK((axes.joints() - (state.joints - state.joint_setpoints)).norm() < 1e-12);
     PathCorrection tool(usual_layout(Controller::Krc4, CorrectionSpace::Cartesian), {}, mode, CommandFrame::Tool,
                         cycle);
-    tool.begin(state);
+    tool.begin(state, state);
     const Pose first = *tool.hold().tool;
     CHECK((first.matrix() - (absolute ? state.tool_setpoint->inverse() * *state.tool : Pose::Identity()).matrix())
               .norm() < 1e-12);
   }
+  ControllerState before = state;  // on a moving path what is between setpoints and arm is the lag of its servos
+  before.joint_setpoints.array() -= 1e-4;
+  before.tool_setpoint->translation().x() -= 1e-4;
+  for (const CorrectionSpace space : {CorrectionSpace::Axes, CorrectionSpace::Cartesian}) {
+    PathCorrection moving(usual_layout(Controller::Krc4, space), {}, CommandMode::Absolute, CommandFrame::Tool, cycle);
+    CHECK_FALSE(moving.is_told_by(state));
+    moving.begin(before, state);
+    CHECK((moving.joints().isZero() && moving.tool().isZero()));
+    ControllerState at_setpoint = state;
+    at_setpoint.joints = state.joint_setpoints;
+    at_setpoint.tool = state.tool_setpoint;
+    CHECK(moving.is_told_by(at_setpoint));
+  }
   PathCorrection both(book_layout(), {}, CommandMode::Absolute, CommandFrame::Base, cycle);
-  both.begin(state);
+  both.begin(state, state);
   CHECK((both.joints().isZero() && both.tool().isZero()));
   state.joint_setpoints.resize(0);
   PathCorrection untold(usual_layout(Controller::Krc4), {}, CommandMode::Absolute, CommandFrame::Base, cycle);
-  untold.begin(state);
+  untold.begin(state, state);
   CHECK(untold.joints().isZero());
 }
 
 TEST_CASE("limits of a command hold besides") {
   const ControllerState state = standing();
   PathCorrection correction(book_layout(), {}, CommandMode::Absolute, CommandFrame::Base, cycle);
-  correction.begin(state);
+  correction.begin(state, state);
   RobotCommand slow = joints_command(state.joints + JointVector::Constant(6, 0.05));
   slow.limits.joint = 1e-5;
   for (int k = 1; k < 50; ++k) CHECK(correction.step(slow, state).joints[0] < 1e-5 * k + 1e-12);
@@ -230,7 +243,7 @@ TEST_CASE("limits of a command hold besides") {
 TEST_CASE("what a layout cannot correct is refused, and braked for") {
   const ControllerState state = standing();
   PathCorrection axes(usual_layout(Controller::Krc4), {}, CommandMode::Absolute, CommandFrame::Base, cycle);
-  axes.begin(state);
+  axes.begin(state, state);
   CHECK_FALSE(axes.step(robot::tool_command(*state.tool), state).tool);
   CHECK(axes.outcome() == CommandOutcome::Refused);
   axes.step(joints_command(JointVector::Zero(5)), state);
@@ -242,13 +255,13 @@ TEST_CASE("what a layout cannot correct is refused, and braked for") {
   axes.step({}, state);
   CHECK(axes.outcome() == CommandOutcome::Braked);
   PathCorrection blind(usual_layout(Controller::Krc4), {}, CommandMode::Absolute, CommandFrame::Base, cycle);
-  blind.begin({});  // a controller that tells no joints
+  blind.begin({}, {});  // a controller that tells no joints
   blind.step(joints_command(JointVector::Zero(6)), {});
   CHECK(blind.outcome() == CommandOutcome::Refused);
   RobotCommand bent = robot::tool_command(Pose(Eigen::Translation3d(0.5, 0.1, 0.7)));
   bent.tool.linear() *= 1.1;
   PathCorrection cartesian(book_layout(), {}, CommandMode::Absolute, CommandFrame::Base, cycle);
-  cartesian.begin(state);
+  cartesian.begin(state, state);
   cartesian.step(bent, state);
   CHECK(cartesian.outcome() == CommandOutcome::Refused);
 }
@@ -256,7 +269,7 @@ TEST_CASE("what a layout cannot correct is refused, and braked for") {
 TEST_CASE("the gripper is passed on, and kept while there is no command") {
   const ControllerState state = standing();
   PathCorrection correction(book_layout(), {}, CommandMode::Absolute, CommandFrame::Base, cycle);
-  correction.begin(state);
+  correction.begin(state, state);
   RobotCommand open;
   open.gripper = {.hold = false, .air = true};
   CHECK_FALSE(correction.step(open, state).gripper.hold);

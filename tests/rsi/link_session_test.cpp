@@ -128,9 +128,25 @@ TEST_CASE("a link that begins anew goes on with the correction that the controll
   Tested link;
   std::array<double, 6> corrected = home;
   corrected[0] += 0.7;
-  const std::string first(link.of.answer(plain_rob(1000, corrected), 1, 0));
+  CHECK(link.of.answer(plain_rob(1000, corrected), 1, 0).empty());  // a path that moves would look alike
+  CHECK(link.of.answer(plain_rob(1000, corrected), 1, ms).empty());
+  const std::string first(link.of.answer(plain_rob(1004, corrected), 1, 4 * ms));
   CHECK(plain_value(first, "AK", "A1") == Approx(0.7).margin(0.003));  // it moves on from there
   CHECK(plain_value(first, "AK", "A2") == 0.0);
+}
+
+TEST_CASE("a link that joins a moving path takes the lag of its servos for no correction") {
+  Tested link({}, {});
+  std::array<double, 6> path = home, arm = home;
+  std::string answer;
+  for (unsigned i = 0; i < 200; ++i) {
+    path[1] = home[1] + 0.08 * i;
+    arm[1] = path[1] - 0.7;
+    answer = link.of.answer(plain_rob(1000 + 4 * i, arm, 0, path), 1, 4 * i * ms);
+    if (i == 0) CHECK(answer.empty());
+    if (i > 0) REQUIRE(plain_value(answer, "AK", "A2") == 0.0);
+  }
+  CHECK(link.of.statistics().sessions == 1);
 }
 
 TEST_CASE("reconnecting may resume at once, from zero") {

@@ -17,21 +17,23 @@
 
 namespace kr5::test {
 
+inline constexpr std::array<double, 6> home = {0, -90, 90, 0, 90, 0};
+
 /// A telegram of a controller, written from the description of the interface, not with our codec.
-inline std::string plain_rob(std::uint64_t ipoc, const std::array<double, 6>& axes, int delay = 0) {
+inline std::string plain_rob(std::uint64_t ipoc, const std::array<double, 6>& axes, int delay = 0,
+                             const std::array<double, 6>& setpoints = home) {
   std::array<char, 1024> out;
-  const auto& a = axes;
+  const auto &a = axes, &s = setpoints;
   std::snprintf(out.data(), out.size(),
                 "<Rob Type=\"KUKA\">\r\n<RIst X=\"445.0\" Y=\"0.0\" Z=\"790.0\" A=\"0.0\" B=\"90.0\" C=\"0.0\"/>"
                 "<RSol X=\"445.0\" Y=\"0.0\" Z=\"790.0\" A=\"0.0\" B=\"90.0\" C=\"0.0\"/>"
                 "<AIPos A1=\"%.4f\" A2=\"%.4f\" A3=\"%.4f\" A4=\"%.4f\" A5=\"%.4f\" A6=\"%.4f\"/>"
-                "<ASPos A1=\"0.0\" A2=\"-90.0\" A3=\"90.0\" A4=\"0.0\" A5=\"90.0\" A6=\"0.0\"/>"
+                "<ASPos A1=\"%.4f\" A2=\"%.4f\" A3=\"%.4f\" A4=\"%.4f\" A5=\"%.4f\" A6=\"%.4f\"/>"
                 "<Delay D=\"%d\"/><IPOC>%llu</IPOC>\r\n</Rob>",
-                a[0], a[1], a[2], a[3], a[4], a[5], delay, static_cast<unsigned long long>(ipoc));
+                a[0], a[1], a[2], a[3], a[4], a[5], s[0], s[1], s[2], s[3], s[4], s[5], delay,
+                static_cast<unsigned long long>(ipoc));
   return out.data();
 }
-
-inline constexpr std::array<double, 6> home = {0, -90, 90, 0, 90, 0};
 
 /// A number of an answer; it throws where there is none.
 inline double plain_value(const std::string& sen, const std::string& element, const std::string& attribute) {

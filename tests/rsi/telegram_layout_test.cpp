@@ -100,6 +100,13 @@ TEST_CASE("a layout is checked field by field") {
   refused([](auto& l) { l.send[0].index = 1; }, "send: DEF_RIst");
 }
 
+TEST_CASE("motor angles are handed on under their names") {
+  TelegramLayout layout = usual_layout(Controller::Krc4);
+  layout.send.push_back({.tag = "DEF_MAPos"});
+  CHECK(names(layout.send).ends_with("MAPos.A1 MAPos.A2 MAPos.A3 MAPos.A4 MAPos.A5 MAPos.A6"));
+  CHECK(telegram_fields(layout.send).back().meaning == Meaning::Other);
+}
+
 TEST_CASE("the layout of a job has the wrench, the inputs, the state of the program, and a stop") {
   for (const Controller c :
        {Controller::Krc2, Controller::Krc4Rsi3, Controller::Krc4, Controller::Krc5, Controller::Iiqka}) {

@@ -38,7 +38,9 @@ COMMANDS: dict[str, CommandEntry | dict[str, CommandEntry]] = {
             "Camera, hand-eye, marker map, arm and line scanner in one solve.",
             {"kr5-cell-calibration/1": "Calibration of a cell"},
         ),
-        "tool": CommandEntry("calibrate.tool", "Tool centre point in the flange frame.", {"kr5-tool/1": "Tool centre point"}),
+        "tool": CommandEntry(
+            "calibrate.tool", "Tool centre point in the flange frame.", {"kr5-tool/1": "Tool centre point"}
+        ),
         "kinematics": CommandEntry(
             "calibrate.kinematics",
             "Arm: DH parameters, from measured postures.",
@@ -147,7 +149,9 @@ COMMANDS: dict[str, CommandEntry | dict[str, CommandEntry]] = {
     "record": CommandEntry("simulation.record", "Recording of a simulated cell."),
     "recording": CommandEntry("recording.command", "Recordings from logs of a real cell."),
     "job": CommandEntry("work.command", "Jobs from bin to tube: state machine, journal, release of a stop."),
-    "insert": CommandEntry("insertion.command", "Simulated insertion of a peg into a tube.", {"kr5-insertion/1": "Insertion"}),
+    "insert": CommandEntry(
+        "insertion.command", "Simulated insertion of a peg into a tube.", {"kr5-insertion/1": "Insertion"}
+    ),
     "sweep": {
         "insertion": CommandEntry(
             "sweep.command",

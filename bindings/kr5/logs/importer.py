@@ -24,6 +24,7 @@ from kr5.logs.values import Series, interpolate, low_pass, to_si, tool_poses
 LEAST_SMOOTHED = 30  # rows of positions
 LEAST_ROWS = 10  # of an experiment once its ends are left out
 EDGE = 2.0  # periods of the cut-off at the ends of a log, where the filter knows one side of the motion only
+MOST_OFF = 0.05  # of a number of rows in a cycle, from a whole one
 LOADS = ("tau", "i")
 Readings = dict[str, list[np.ndarray]]  # of columns: uninterrupted parts
 Complete = Callable[[kr5.cell.Recording, Readings], None]
@@ -90,7 +91,7 @@ class Importer:
         if is_timed(experiment) and is_measured(experiment) and not self.map.resample.low_pass:
             grid = self.measured_grid(series, experiment, where)
         elif is_timed(experiment):
-            grid = self.time.grid(t[keep], series, experiment, where)
+            grid = self.time.grid(t[keep], series, experiment, where, self.cycle_of_rows(t[keep], experiment))
         else:
             keep &= inside_span(t, experiment)
             grid = t[keep]
@@ -110,6 +111,19 @@ class Importer:
                 out.speed_noise = self.smoothings[self.positions_of(experiment)].speed_noise
         out.data = self.table(columns, sources, experiment, where)
         return kr5.cell.split_lead_in(out, experiment.entry.lead_in)
+
+    def cycle_of_rows(self, t: np.ndarray, experiment: Experiment) -> float | None:
+        """Interval [s] of a motion under commands of which the log has several rows in a cycle of the servo."""
+        servo = self.cell.servo
+        if experiment.entry.kind != "motion" or "qc" not in experiment.sources or len(t) < 3:
+            return None
+        if servo is None or not servo.cycle > 0 or self.cell.has_torque_servos or self.map.resample.every:
+            return None
+        rows = servo.cycle / float(np.median(np.diff(np.unique(t))))
+        if round(rows) < 2 or abs(rows - round(rows)) > MOST_OFF * rows:
+            return None
+        self.note(f"rows every {servo.cycle:g} s, the cycle of the servo ({self.method()})")
+        return float(servo.cycle)
 
     def all_series(self, log: Log, t: np.ndarray, experiment: Experiment, keep: np.ndarray) -> dict[str, Series]:
         return {

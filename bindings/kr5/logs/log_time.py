@@ -131,8 +131,16 @@ class LogTimes:
             return f"several recordings, or a clock that was set: split the log before {line}, and {parts}"
         return f"{self.map.words.put('clock', repair='sort')} sorts the rows and leaves out those with a duplicate time"
 
-    def grid(self, t: np.ndarray, series: dict[str, Series], experiment: Experiment, where: str) -> np.ndarray:
-        """The instants of the experiment: those of the log, or evenly spaced, where all streams have data."""
+    def grid(
+        self,
+        t: np.ndarray,
+        series: dict[str, Series],
+        experiment: Experiment,
+        where: str,
+        cycle: float | None = None,
+    ) -> np.ndarray:
+        """The instants of the experiment: those of the log, or evenly spaced as the map says or else by a cycle, where
+        all streams have data."""
         low, high = experiment.span()
         t = np.unique(t)
         low = max([low, *(s.t[0] for s in series.values() if len(s.t))])
@@ -144,7 +152,7 @@ class LogTimes:
                 f" {_given(experiment.entry.begin, 'its beginning')} and to: {_given(experiment.entry.end, 'its end')};"
                 f" its streams share {low:.4g} to {end:.4g} s. Is the unit of the clock right?"
             )
-        every = self.map.resample.every
+        every = self.map.resample.every or cycle
         if every and not (inside[-1] - inside[0]) / every <= MAX_ROWS:
             raise kr5.IoError(
                 f"{where}: resample.every: found {every:g} s, which makes more than {MAX_ROWS} rows of "

@@ -140,11 +140,17 @@ struct Piece {
   double length = 0.0;  // [s]
 };
 
+/// Whether an arm is told to move, where its log has commands; after a motion it may creep for a while.
+bool is_told_to_move(const LoggedMotion& log, const RowRange& rows) {
+  return log.command.size() == 0 || (ranges(log.command.middleRows(rows.first, rows.size())).array() > 0.0).any();
+}
+
 /// A log, parted where its clock stands still.
 std::vector<Piece> pieces_of(const LoggedMotion& log, int number) {
   std::vector<RowRange> found;
   for (const RowRange& part : parts_without_gap(log.t, log.max_gap))
-    if (part.size() >= fewest_split_rows && joints_move(log.q.middleRows(part.first, part.size())))
+    if (part.size() >= fewest_split_rows && joints_move(log.q.middleRows(part.first, part.size())) &&
+        is_told_to_move(log, part))
       found.push_back(part);
   if (found.empty()) found.push_back({0, log.t.size()});
   std::vector<Piece> out;

@@ -18,7 +18,7 @@ namespace {
 constexpr double noticeable = 1.25;        // times the noise, from which a gap is told although no cause need be found
 constexpr double near_noise = 2.0;         // times the noise, up to which a gap is that of noise and small errors
 constexpr std::size_t with_value = 2;      // causes whose values stand in the verdict; of more the names alone
-constexpr std::ptrdiff_t most_words = 40;  // of a sentence with values
+constexpr std::ptrdiff_t max_words = 40;  // of a sentence with values, and of a headline
 constexpr std::size_t most_named = 3;      // names in a sentence
 
 std::string group_of(const ColumnExcess& p) { return p.experiment + "." + p.column; }
@@ -112,7 +112,7 @@ std::string ties_text(const Diagnosis& d) {
   for (const Cause& cause : d.causes)
     for (const EffectName& tied : cause.tied_with) ties.insert(effect_text(tied));
   if (ties.empty()) return "";
-  return " This recording cannot distinguish " + plural(d.causes.size(), "it", "them") + " from " +
+  return "This recording cannot distinguish " + plural(d.causes.size(), "it", "them") + " from " +
          join_first({ties.begin(), ties.end()}, "or") + ".";
 }
 
@@ -143,12 +143,6 @@ std::string reduction_text(const Diagnosis& d) {
                                                : "what is left is within the accuracy of a simulation.");
 }
 
-std::string faults_text(const Diagnosis& d) {
-  std::string out;
-  for (const ClockFault& fault : d.clock_faults) out += (out.empty() ? "" : " ") + capitalised(fault_text(fault)) + ".";
-  return out;
-}
-
 std::string no_gap_text(const Diagnosis& d) {
   if (d.reduction.before > noticeable)
     return "Simulation and recording agree within " + format("%.1f", d.reduction.before) + " times the noise" +
@@ -159,15 +153,53 @@ std::string no_gap_text(const Diagnosis& d) {
   return "There is no gap: simulation and recording agree within noise. No correction is needed.";
 }
 
-/// The verdict without the limits of the recording.
-std::string agreement_text(const Diagnosis& d) {
-  if (d.verdict == Verdict::NoGap || (d.where.empty() && d.causes.empty())) return no_gap_text(d);
-  const std::string faults = faults_text(d), first = faults + (faults.empty() ? "" : " ");
-  if (!d.causes.empty())
-    return first + causes_text(d) + " " + reduction_text(d) + ties_text(d) + (d.where.empty() ? "" : " ") +
-           location_text(d.where);
-  return first + "No effect of the catalogue explains the gap of " + gap_text(d.reduction.before) + " times the noise" +
-         (faults.empty() ? "" : " with these times as they are") + ", so no cause is named. " + location_text(d.where);
+/// Faults of clocks, a sentence each.
+std::vector<std::string> faults_texts(const Diagnosis& d) {
+  std::vector<std::string> out;
+  for (const ClockFault& fault : d.clock_faults) out.push_back(capitalised(fault_text(fault)) + ".");
+  return out;
+}
+
+/// What the verdict says, in the order in which one needs it: sentences, and those that belong together as one.
+std::vector<std::string> verdict_parts(const Diagnosis& d) {
+  std::vector<std::string> out;
+  const std::vector<std::string> faults = faults_texts(d);
+  if (d.verdict == Verdict::NoGap || (d.where.empty() && d.causes.empty())) {
+    out.push_back(no_gap_text(d));
+  } else if (!d.causes.empty()) {
+    out.push_back(causes_text(d));
+    out.insert(out.end(), faults.begin(), faults.end());
+    out.push_back(reduction_text(d));
+    out.push_back(ties_text(d));
+    out.push_back(location_text(d.where));
+  } else {
+    out = faults;
+    out.push_back("No effect of the catalogue explains the gap of " + gap_text(d.reduction.before) +
+                  " times the noise" + (faults.empty() ? "" : " with these times as they are") +
+                  ", so no cause is named.");
+    out.push_back(location_text(d.where));
+  }
+  for (const ScopeLimit& limit : d.scope) out.push_back(capitalised(limit_text(limit)) + ".");
+  std::erase(out, "");
+  return out;
+}
+
+std::ptrdiff_t words_of(const std::string& text) { return 1 + std::ranges::count(text, ' '); }
+
+/// Parts of a verdict that are its headline: the first, and those after it that leave it short.
+std::size_t headline_parts(const std::vector<std::string>& parts) {
+  std::size_t count = 0;
+  for (std::ptrdiff_t words = 0; count < parts.size(); ++count) {
+    words += words_of(parts[count]);
+    if (count > 0 && words > max_words) break;
+  }
+  return count;
+}
+
+std::string joined(const std::vector<std::string>& parts, std::size_t begin, std::size_t end) {
+  std::string out;
+  for (std::size_t k = begin; k < end; ++k) out += (out.empty() ? "" : " ") + parts[k];
+  return out;
 }
 
 /// Where a range of a variable lies.
@@ -219,7 +251,7 @@ std::string causes_text(const Diagnosis& d) {
     std::vector<std::string> items;
     for (const Cause& cause : d.causes) items.push_back(cause_text(cause, d.joint_names));
     std::string out = plural(items.size(), "Cause: ", "Causes: ") + join_list(items) + ".";
-    if (std::ranges::count(out, ' ') < most_words) return out;
+    if (std::ranges::count(out, ' ') < max_words) return out;
   }
   std::vector<EffectName> names;
   double least = 1.0;
@@ -253,10 +285,19 @@ std::string location_text(const std::vector<ColumnExcess>& where) {
   return capitalised(join_list(said)) + (said.size() == 1 ? pattern("it ") : "") + ".";
 }
 
+std::string headline_text(const Diagnosis& d) {
+  const std::vector<std::string> parts = verdict_parts(d);
+  return joined(parts, 0, headline_parts(parts));
+}
+
+std::string details_text(const Diagnosis& d) {
+  const std::vector<std::string> parts = verdict_parts(d);
+  return joined(parts, headline_parts(parts), parts.size());
+}
+
 std::string verdict_text(const Diagnosis& d) {
-  std::string out = agreement_text(d);
-  for (const ScopeLimit& limit : d.scope) out += " " + capitalised(limit_text(limit)) + ".";
-  return out;
+  const std::vector<std::string> parts = verdict_parts(d);
+  return joined(parts, 0, parts.size());
 }
 
 std::string dependence_text(const Dependence& d, const std::string& kind) {

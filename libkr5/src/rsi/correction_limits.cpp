@@ -14,6 +14,8 @@ namespace {
 
 constexpr double exact = 1e-9;  // below what a telegram shows [rad or m]
 
+constexpr double uncorrected = 1e-4;  // between setpoints and measured values of a standing arm [rad or m]
+
 bool is_free(const MotionLimits& rotation) { return rotation.total >= std::numbers::pi; }
 
 /// The rotation of a correction.
@@ -56,10 +58,27 @@ PathCorrection::PathCorrection(const TelegramLayout& layout, const CorrectionLim
   if (is_free(limits.rotation)) rotation_.emplace(limits.rotation, cycle);
 }
 
-void PathCorrection::begin(const ControllerState& state) noexcept {
+bool PathCorrection::is_told_by(const ControllerState& first) const noexcept {
+  if (units_.corrects_joints() == units_.corrects_tool()) return true;
+  if (units_.corrects_tool())
+    return !first.tool || !first.tool_setpoint ||
+           tool_correction(*first.tool_setpoint, *first.tool, frame_).cwiseAbs().maxCoeff() < uncorrected;
+  return first.joint_setpoints.size() != units_.joints() || first.joints.size() != units_.joints() ||
+         (first.joints - first.joint_setpoints).cwiseAbs().maxCoeff() < uncorrected;
+}
+
+bool PathCorrection::is_standing(const ControllerState& first, const ControllerState& state) const noexcept {
+  if (units_.corrects_tool())
+    return first.tool_setpoint && state.tool_setpoint &&
+           tool_correction(*first.tool_setpoint, *state.tool_setpoint, frame_).cwiseAbs().maxCoeff() < exact;
+  return first.joint_setpoints.size() == state.joint_setpoints.size() &&
+         (state.joint_setpoints - first.joint_setpoints).cwiseAbs().maxCoeff() < exact;
+}
+
+void PathCorrection::begin(const ControllerState& first, const ControllerState& state) noexcept {
   for (MotionLimiter& limiter : limiters_) limiter.stand(0.0);
   if (rotation_) rotation_->stand(Eigen::Matrix3d::Identity());
-  if (units_.corrects_joints() != units_.corrects_tool()) stand_as_measured(state);
+  if (!is_told_by(first) && is_standing(first, state)) stand_as_measured(state);
   start_joints_ = state.joints;
   start_tool_ = state.tool;
   outcome_ = CommandOutcome::Braked;

@@ -13,6 +13,17 @@
 
 namespace kr5::rsi {
 
+namespace {
+
+/// The memory is locked before: what a controller sends meanwhile would wait in the socket, and count as late.
+Descriptor bound_socket(const TelegramLayout& layout, const LinkOptions& options) {
+  lock_memory(options.real_time);
+  const auto at = endpoint(options.listen, layout.port);
+  return layout.transport == Transport::Udp ? udp_socket(at) : tcp_listener(at);
+}
+
+}  // namespace
+
 class Link::Server {
  public:
   Server(const TelegramLayout& layout, const robot::SensorModel& model, const LinkOptions& options, CycleFunction step,
@@ -21,8 +32,7 @@ class Link::Server {
         observe_(std::move(observe)),
         answering_(options.answer),
         datagrams_(layout.transport == Transport::Udp),
-        socket_(datagrams_ ? udp_socket(endpoint(options.listen, layout.port))
-                           : tcp_listener(endpoint(options.listen, layout.port))),
+        socket_(bound_socket(layout, options)),
         thread_("the link") {
     thread_.begin(options.real_time, [this] { run(); });
   }

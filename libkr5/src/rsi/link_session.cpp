@@ -39,7 +39,11 @@ void LinkSession::begin(const Telegram& telegram, const ControllerState& state, 
   sender_ = sender;
   resume_.store(false);
   time_ = 1e-3 * static_cast<double>(telegram.ipoc.value());
-  correction_.begin(state);
+  first_.reset();
+  if (correction_.is_told_by(state))
+    correction_.begin(state, state);
+  else
+    first_ = state;
   add(Sessions);
 }
 
@@ -88,9 +92,12 @@ std::string_view LinkSession::answer(std::string_view bytes, std::uint64_t sende
     if (!is_in_order(in_, since, repeated)) return {};
     if (repeated) return {bytes_.data(), size_};
     period_.add(arrival - last_arrival_);
+    if (first_) correction_.begin(*first_, state);
+    first_.reset();
   }
   last_arrival_ = arrival;
   if (state.late_packets) late_packets_.store(*state.late_packets, std::memory_order_relaxed);
+  if (first_) return size_ = 0, std::string_view();
   return corrected(in_, state);
 }
 

@@ -27,6 +27,11 @@ void RealTimeOptions::validate() const {
   require(!cpu || (*cpu >= 0 && *cpu < CPU_SETSIZE), "cpu: must be the number of a processor");
 }
 
+Grant lock_memory(const RealTimeOptions& options) noexcept {
+  // With what comes later, a process near its limit could no longer allocate.
+  return options.lock_memory ? grant(mlockall(MCL_CURRENT) == 0) : Grant::NotAsked;
+}
+
 RealTimeStatus request_real_time(const RealTimeOptions& options) noexcept {
   RealTimeStatus out;
   if (options.priority > 0) {
@@ -41,8 +46,7 @@ RealTimeStatus request_real_time(const RealTimeOptions& options) noexcept {
     out.cpu = grant(pthread_setaffinity_np(pthread_self(), sizeof set, &set) == 0);
   }
   touch_stack();
-  // What is there now; with what comes later, a process near its limit could no longer allocate.
-  if (options.lock_memory) out.locked_memory = grant(mlockall(MCL_CURRENT) == 0);
+  out.locked_memory = lock_memory(options);
   return out;
 }
 

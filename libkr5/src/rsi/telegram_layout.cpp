@@ -121,9 +121,12 @@ std::vector<std::string> internal_attributes(const TelegramElement& element, std
     case Message:
       return {};
     default:
+      if (name == "MAPos") return numbered("A", 6);  // motor angles, handed on under their names
+      if (name == "MEPos") return numbered("E", 6);
       throw InvalidArgument(element.tag +
                             ": not known as an internal element; expected DEF_RIst, DEF_RSol, DEF_AIPos, DEF_ASPos, "
-                            "DEF_EIPos, DEF_ESPos, DEF_MACur, DEF_MECur, DEF_Delay, DEF_EStr, DEF_Tech.C1 or .T1 to 6");
+                            "DEF_EIPos, DEF_ESPos, DEF_MACur, DEF_MECur, DEF_MAPos, DEF_MEPos, DEF_Delay, DEF_EStr, "
+                            "DEF_Tech.C1 or .T1 to 6");
   }
 }
 

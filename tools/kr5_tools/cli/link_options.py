@@ -3,15 +3,18 @@
 from pathlib import Path
 from typing import Annotated
 
+import kr5
 import typer
 from kr5 import rsi
+from kr5.files.paths import library_path
 
 from kr5_tools.cli import terminal
 
 LayoutArgument = Annotated[
     Path,
     typer.Argument(
-        metavar="LAYOUT.xml", help="Sensor configuration of the controller's Ethernet object (..._ethernet.xml)."
+        metavar="LAYOUT.xml",
+        help="Sensor configuration of the controller's Ethernet object (the XML that `kr5 rsi files` writes).",
     ),
 ]
 PortOption = Annotated[
@@ -21,9 +24,33 @@ PortOption = Annotated[
 ListenOption = Annotated[
     str, typer.Option("--listen", metavar="ADDRESS", help="Address of the network card; 0.0.0.0: every one.")
 ]
+SettingsOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--settings",
+        metavar="SETTINGS.yaml",
+        help="What the configuration does not hold: axes (sign, zero \\[rad]), current_units \\[A], gripper,"
+        " linear_externals, meanings (kr5-rsi-settings/1).",
+    ),
+]
 PassiveOption = Annotated[
     bool, typer.Option("--passive", help="Only listen. A controller without answers stops after its timeout.")
 ]
+
+
+def read_layout(file: Path, settings: Path | None) -> rsi.TelegramLayout:
+    """The layout of a sensor configuration, with what a file of settings says besides."""
+    return settled_layout(rsi.load_layout(library_path(file)), settings)
+
+
+def settled_layout(layout: rsi.TelegramLayout, settings: Path | None) -> rsi.TelegramLayout:
+    """A layout with what a file of settings says besides."""
+    if settings is None:
+        return layout
+    try:
+        return rsi.with_settings(layout, rsi.load_layout_settings(settings))
+    except kr5.InvalidArgument as error:
+        raise kr5.FileError(settings, str(error)) from None
 
 
 def listening_layout(layout: rsi.TelegramLayout, port: int | None) -> rsi.TelegramLayout:

@@ -43,6 +43,11 @@ def mapping_text(mapping: rsi.AxisMapping) -> str:
     return f"{{sign: [{sign}], zero: [{zero}]}}"
 
 
+def settings_text(mapping: rsi.AxisMapping) -> str:
+    """The file that tells it to the commands of this group, by --settings."""
+    return f"format: kr5-rsi-settings/1\naxes: {mapping_text(mapping)}  # [-], [rad]; a file for --settings"
+
+
 def mapping_rows(mapping: rsi.AxisMapping) -> list[list[object]]:
     """A row an axis."""
     return [

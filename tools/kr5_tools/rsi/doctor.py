@@ -7,7 +7,6 @@ from typing import Annotated, Any
 import typer
 from kr5 import rsi
 from kr5.files import writing
-from kr5.files.paths import library_path
 from rich.markup import escape
 
 from kr5_tools.cli import arguments, tables, terminal
@@ -16,8 +15,10 @@ from kr5_tools.cli.link_options import (
     ListenOption,
     PassiveOption,
     PortOption,
+    SettingsOption,
     link_options,
     listening_layout,
+    read_layout,
 )
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.terminal import Console
@@ -28,6 +29,7 @@ from kr5_tools.rsi.axis_mapping import (
     mapping_rows,
     mapping_sentence,
     mapping_text,
+    settings_text,
 )
 from kr5_tools.rsi.findings import finding_words, verdict_sentence
 from kr5_tools.rsi.timing_table import TIMING_COLUMNS, timing_rows
@@ -45,6 +47,7 @@ def doctor(
     layout_file: LayoutArgument,
     options: rsi.DiagnosisOptions,
     port: PortOption = None,
+    settings: SettingsOption = None,
     seconds: Annotated[
         float, typer.Option("--for", metavar="SECONDS", min=0.5, max=600, help=r"Time of listening \[s].")
     ] = 10.0,
@@ -69,8 +72,8 @@ def doctor(
     The controller is answered without correction, unless --move or --passive is given. Exit code 0 where the link is
     sound, 1 where it is not or too little came, 2 for bad input.
     """
-    writing.check_writable(json_file, inputs=[layout_file, cell])
-    layout = rsi.load_layout(library_path(layout_file))
+    writing.check_writable(json_file, inputs=[layout_file, settings, cell])
+    layout = read_layout(layout_file, settings)
     if cell:
         import kr5.cell
 
@@ -142,7 +145,7 @@ def print_mapping(result: rsi.AxisMappingResult, diagnosis: rsi.LinkDiagnosis, t
     for mapping in result.mappings:
         misfit = f"{1e3 * mapping.position_misfit:.2g} mm, {mapping.rotation_misfit:.2g} rad"
         to.print(tables.make_table(f"\nMisfit at most {misfit}", MAPPING_COLUMNS, mapping_rows(mapping), text=(1,)))
-        to.print(f"{mapping_text(mapping)}  # [-], [rad]", soft_wrap=True, markup=False)
+        to.print(settings_text(mapping), soft_wrap=True, markup=False)
 
 
 def mapping_dict(result: rsi.AxisMappingResult) -> dict[str, Any]:

@@ -17,6 +17,7 @@ from rich.markup import escape
 
 from kr5_tools.cli import arguments, tables, terminal
 from kr5_tools.cli.interruption import shielded
+from kr5_tools.cli.link_options import SettingsOption, settled_layout
 from kr5_tools.cli.numbers import format_count
 from kr5_tools.cli.terminal import Console
 from kr5_tools.rsi import emulation_tables, emulator_setup
@@ -128,6 +129,7 @@ def emulate(
     cell_file: CellFile,
     controller: Kind = None,
     layout_file: Layout = None,
+    settings: SettingsOption = None,
     corrections: Corrections = "axes",
     mode: Mode = "absolute",
     frame: Frame = "base",
@@ -155,7 +157,8 @@ def emulate(
     do: Do = None,
     seed: Annotated[int, typer.Option(min=0, help="Random seed of faults and noise.")] = 1,
     seconds: Annotated[
-        float | None, typer.Option("--for", metavar="SECONDS", help="Time to run \\[s]; by default until Ctrl-C.")
+        float | None,
+        typer.Option("--for", metavar="SECONDS", min=0.1, help="Time to run \\[s]; by default until Ctrl-C."),
     ] = None,
     everything: arguments.AllOption = False,
     json_file: arguments.JsonOption = None,
@@ -166,8 +169,9 @@ def emulate(
 
     Exit code 1 when the program was ended or no client answered, 2 for bad input.
     """
-    writing.check_writable(json_file, inputs=[cell_file, layout_file])
+    writing.check_writable(json_file, inputs=[cell_file, layout_file, settings])
     layout = emulator_setup.make_layout(layout_file, controller, corrections, address, port, transport)
+    layout = emulator_setup.with_current_units(settled_layout(layout, settings))
     rules = emulator_setup.make_rules(layout.controller, timeout, axis_limit, translation_limit, rule or ())
     shares = {"late": late, "lose": lose, "doubled": double, "reorder": reorder, "truncate": truncate}
     telegram_faults, answer_faults = emulator_setup.make_faults(faults_of, shares, delay, jitter, fault or (), seed)

@@ -24,6 +24,20 @@ EVENT_NAMES = {
     "ended": "program ended",
     "overrun": "emulator late",
 }
+ANSWER_FAULTS = {  # what was wrong with answers, and the remedy
+    "foreign_ipoc": "had an IPOC that was never sent: send the digits back as they came",
+    "late": "came too late: each is due before the next telegram",
+    "empty": "had no bytes",
+    "too_long": "were longer than a telegram may be",
+    "foreign": "were no <Sen> of the Type that the layout names: compare SENTYPE with the client",
+    "truncated": "ended before their end",
+    "malformed": "were no XML of the form of a telegram",
+    "duplicate": "had an element or attribute twice",
+    "bad_number": "had a value that is no finite number",
+    "bad_ipoc": "had an IPOC that is no number",
+    "no_ipoc": "had no IPOC: send back that of the telegram",
+    "incomplete": "lacked elements of the layout: compare its RECEIVE section with what the client sends",
+}
 
 
 def status_line(statistics: rsi.EmulatorStatistics, layout: rsi.TelegramLayout) -> str:
@@ -45,10 +59,20 @@ def verdict_sentence(statistics: rsi.EmulatorStatistics, layout: rsi.TelegramLay
     c = statistics.controller
     if c.answered == 0:
         where = f"{layout.address}:{layout.port} ({str(layout.transport).upper()})"
-        return f"No client gave a good answer at {where}: {format_count(c.sent, 'telegram')} went out."
+        return f"No client gave a good answer at {where}: {format_count(c.sent, 'telegram')} went out. {_refused(c)}"
     if c.stop.reason != rsi.ProgramStopReason.None_:
         return f"The program ended: {rsi.stop_message(layout.controller, c.stop)}."
     return f"{c.answered} of {format_count(c.answered + c.missing, 'cycle')} had a good answer."
+
+
+def _refused(c: rsi.ControllerStatistics) -> str:
+    """What was wrong with most of the answers, none of which was good."""
+    counts = {name: count for name, count in c.telegrams.to_dict().items() if name in ANSWER_FAULTS}
+    counts |= {"foreign_ipoc": c.foreign, "late": c.late}
+    most = max(counts, key=lambda name: counts[name])
+    if counts[most] == 0:
+        return "None came."
+    return f"{format_count(counts[most], 'answer')} {ANSWER_FAULTS[most]}."
 
 
 def fall(size: float, layout: rsi.TelegramLayout) -> tuple[float, str]:

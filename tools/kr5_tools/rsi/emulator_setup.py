@@ -95,6 +95,13 @@ def make_layout(
     return layout
 
 
+def with_current_units(layout: rsi.TelegramLayout) -> rsi.TelegramLayout:
+    """Motor currents in amperes where nothing else is said."""
+    if not layout.current_units:
+        layout.current_units = [1.0] * (6 + layout.externals)
+    return layout
+
+
 def make_rules(
     controller: rsi.Controller,
     timeout: int | None,

@@ -10,7 +10,6 @@ from typing import Annotated, Any
 import typer
 from kr5 import rsi
 from kr5.files import writing
-from kr5.files.paths import library_path
 from kr5.logs.row_log import Put, check_ending, row_log
 from rich.console import Group, RenderableType
 from rich.live import Live
@@ -23,8 +22,10 @@ from kr5_tools.cli.link_options import (
     ListenOption,
     PassiveOption,
     PortOption,
+    SettingsOption,
     link_options,
     listening_layout,
+    read_layout,
 )
 from kr5_tools.cli.options import options_from
 from kr5_tools.rsi.timing_table import TIMING_COLUMNS, timing_rows
@@ -53,6 +54,7 @@ def monitor(
     layout_file: LayoutArgument,
     options: rsi.DiagnosisOptions,
     port: PortOption = None,
+    settings: SettingsOption = None,
     log: Annotated[
         Path | None,
         typer.Option("--log", metavar="FILE", help="Log of what the controller tells, in SI: FILE.csv or FILE.mcap."),
@@ -71,8 +73,8 @@ def monitor(
     import` and `kr5 gap diagnose` read. Needs no rights of an administrator. Exit code 1 where no telegram came.
     """
     check_ending(log)
-    writing.check_writable(log, json_file, inputs=[layout_file])
-    layout = listening_layout(rsi.load_layout(library_path(layout_file)), port)
+    writing.check_writable(log, json_file, inputs=[layout_file, settings])
+    layout = listening_layout(read_layout(layout_file, settings), port)
     reader = rsi.LinkRowReader(layout)
     recorder = rsi.LinkRecorder(layout, link_options(layout, options, listen, passive))
     for remedy in rsi.real_time_remedies(recorder.real_time):
@@ -83,12 +85,12 @@ def monitor(
             rows = _watch(recorder, reader, put, faulty, seconds)
             ending.enter_context(shielded())
         statistics = recorder.statistics()
+        writing.write_json({**statistics.to_dict(), "rows": rows, "faulty": [f.to_dict() for f in faulty]}, json_file)
         to = terminal.console(json_file)
         to.print(state_view(statistics, faulty))
+        writing.publish()
         if log:
             to.print(f"{log}: {rows} rows.", soft_wrap=True, markup=False)
-        writing.write_json({**statistics.to_dict(), "rows": rows, "faulty": [f.to_dict() for f in faulty]}, json_file)
-        writing.publish()
     if statistics.telegrams.good == 0:
         terminal.print_note(f"no good telegram came; kr5 rsi doctor {layout_file} says why.")
         raise typer.Exit(1)

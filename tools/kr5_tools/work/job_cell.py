@@ -20,7 +20,7 @@ class JobSetup:
 
     pellets: int
     seed: int
-    errors: str  # nominal | usual
+    errors: str  # nominal | usual | severe
     clearance: float = kr5.sim.WorkCellOptions().clearance  # [m]
     tilt: float = kr5.sim.InsertionSetup().tilt  # of a pellet while it is rolled around the tube [rad]
 
@@ -52,6 +52,8 @@ def work_cell_options(cell: kr5.cell.Cell, setup: JobSetup) -> kr5.sim.WorkCellO
     options = kr5.sim.WorkCellOptions(pour=pour, seed=setup.seed, clearance=setup.clearance)
     if setup.errors == "nominal":
         options.errors = exact_errors()
+    if setup.errors == "severe":
+        options.errors = kr5.sim.severe_errors()
     needed = setup.pellets * pour.height_max + SPARE
     if cell.tube is not None and cell.tube.depth < needed:
         options.tube_depth = needed

@@ -34,12 +34,12 @@ def print_job(
     to.print(f"\n{job_tables.truth_text(truth)}", soft_wrap=True, markup=False)
 
 
-def write_log(done: "kr5.work.JobRun", log: Path, to: "Console") -> None:
-    """The log of the joints."""
+def write_log(done: "kr5.work.JobRun", log: Path) -> str:
+    """The log of the joints; what is said of it once it is there."""
     from kr5_tools.work.job_log import write_job_log
 
     write_job_log(done.rows, log)
-    to.print(f"{log}: {len(done.rows)} rows.", soft_wrap=True, markup=False)
+    return f"{log}: {len(done.rows)} rows."
 
 
 def write_page(
@@ -50,11 +50,10 @@ def write_page(
     setup: "JobSetup",
     source: Path,
     report: Path,
-    to: "Console",
-) -> None:
-    """The page of a job that has moved."""
+) -> str:
+    """The page of a job that has moved; what is said of it once it is there."""
     from kr5_tools.work.run_page import job_page
 
     with terminal.spinner("drawing"):
         writing.write_text(job_page(done, truth, records, cell, setup, source), report)
-    to.print(f"{report}: open it in a browser.", soft_wrap=True, markup=False)
+    return f"{report}: open it in a browser."

@@ -48,6 +48,11 @@ def words(value: object) -> str:
     return str(value).replace("_", " ")
 
 
+def release_text(journal: Path | None) -> str:
+    """How a stop is released, without a full stop."""
+    return f'Release it with `kr5 job release {journal} --person "NAME"`'
+
+
 def stop_text(state: job.JobState, journal: Path | None) -> str:
     """Why the arm stands, and what leads on."""
     remedy = CELL_FAULTS.get(str(state.cell_fault)) or STOPS[str(state.stop)]

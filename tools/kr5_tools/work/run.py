@@ -11,6 +11,7 @@ import typer
 from kr5.files import writing
 
 from kr5_tools.cli import arguments, tables, terminal
+from kr5_tools.cli.interruption import tell_when_stopped
 
 if TYPE_CHECKING:
     import kr5.cell
@@ -39,8 +40,11 @@ def run(
     pellets: Annotated[int, typer.Option(min=1, max=64, help="Number of pellets in the bin, all to be inserted.")] = 35,
     seed: Annotated[int, typer.Option(min=1, help="Random seed of pile, noise and errors.")] = 1,
     errors: Annotated[
-        Literal["nominal", "usual"],
-        typer.Option(help="Cell as its controller is told, or off by the usual errors, which the controller ignores."),
+        Literal["nominal", "usual", "severe"],
+        typer.Option(
+            help="Cell as its controller is told, or off by errors that the controller does not know: the usual ones, or"
+            " severe ones of servo, friction, radii and force sensor, too."
+        ),
     ] = "usual",
     clearance: Annotated[
         float | None,
@@ -149,6 +153,7 @@ def run(
     options = work_options(cell, setup)
     to = terminal.console(json_file)
     with _journal(journal_file, setup.job_id(given)) as (journal, file), _live(view, cell, pellets, source) as live:
+        tell_when_stopped(lambda: _kept_text(journal, file))
         _place(cell, options, journal, file)
         seen, link = _seen(stand, in_tube), None
         if through_rsi:
@@ -172,13 +177,14 @@ def run(
     if (report or log) and len(done.rows) < 2:
         terminal.print_note("no motion, hence neither page nor log.")
         report = log = None
-    if log:
-        job_output.write_log(done, log, to)
+    told = [job_output.write_log(done, log)] if log else []
     if report:
-        job_output.write_page(done, truth, records, cell, setup, source, report, to)
+        told.append(job_output.write_page(done, truth, records, cell, setup, source, report))
     writing.write_json(job_tables.as_dict(setup.job_id(given), setup, done, truth, records, link), json_file)
+    writing.publish()
+    for text in told:
+        to.print(text, soft_wrap=True, markup=False)
     if view:
-        writing.publish()
         terminal.open_page(report)
     if not good:
         raise typer.Exit(1)
@@ -222,6 +228,19 @@ def _open(live: "LiveView | None", to: terminal.Console) -> None:
     if live:
         to.print(f"The job as it runs: {live.address}", soft_wrap=True, markup=False)
         threading.Thread(target=terminal.open_address, args=(live.address,), daemon=True).start()
+
+
+def _kept_text(journal: "kr5.job.Journal", file: Path | None) -> str:
+    """What a job that Ctrl-C has ended leaves."""
+    from kr5 import job
+
+    from kr5_tools.work.remedies import release_text, words
+
+    if file is None:
+        return "the job is gone with the program: with --journal it goes on where it was"
+    if (stop := journal.belief().stop) != job.StopReason.None_:
+        return f"the journal {file} keeps the stop by {words(stop)}. {release_text(file)}, and start the same command"
+    return f"the journal {file} keeps the job: the same command goes on where it was"
 
 
 def _seen(stand: str | None, in_tube: int | None) -> "kr5.job.RestartMeasurements":

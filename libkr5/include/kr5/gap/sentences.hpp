@@ -15,6 +15,10 @@ namespace kr5::gap {
 /// The diagnosis for one who did not run it: the causes, how far they reduce the gap, where it is, and the limits
 /// within which this holds.
 std::string verdict_text(const Diagnosis& diagnosis);
+/// Its beginning, the cause first, in at most 40 words.
+std::string headline_text(const Diagnosis& diagnosis);
+/// The rest of it; empty where the headline says all.
+std::string details_text(const Diagnosis& diagnosis);
 /// The causes, most probable first; empty where none is named.
 std::string causes_text(const Diagnosis& diagnosis);
 /// Where the gap is, as a sentence; empty where there is none.

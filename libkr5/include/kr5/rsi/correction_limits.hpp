@@ -53,9 +53,13 @@ class PathCorrection {
   PathCorrection(const TelegramLayout& layout, const CorrectionLimits& limits, robot::CommandMode mode,
                  robot::CommandFrame frame, double cycle);
 
-  /// A session begins, at rest, with the correction that the controller makes already: what it measures beside its
-  /// setpoints. None, where it tells no setpoints, or where corrections of both kinds could be the cause.
-  void begin(const ControllerState& state) noexcept;
+  /// Whether its first telegram tells the correction that the controller makes already: it measures its setpoints, or
+  /// tells none, or corrections of both kinds could be the cause of a difference. Else the next one tells whether the
+  /// path stands still.
+  bool is_told_by(const ControllerState& first) const noexcept;
+  /// A session begins, at rest. Where the setpoints stand still from the first telegram to this one, the correction is
+  /// what the controller measures beside them; on a moving path that is the lag of its servos, and there is none.
+  void begin(const ControllerState& first, const ControllerState& state) noexcept;
   /// A cycle.
   Correction step(const robot::RobotCommand& command, const ControllerState& state) noexcept;
   /// A cycle without a command: slows down and then stands.
@@ -70,6 +74,7 @@ class PathCorrection {
  private:
   static constexpr std::size_t tool_at = robot::max_joints;  // of its six limiters, behind those of the joints
 
+  bool is_standing(const ControllerState& first, const ControllerState& state) const noexcept;
   void stand_as_measured(const ControllerState& state) noexcept;
   bool step_joints(const robot::RobotCommand& command, const ControllerState& state) noexcept;
   bool step_tool(const robot::RobotCommand& command, const ControllerState& state) noexcept;

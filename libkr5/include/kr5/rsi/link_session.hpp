@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string_view>
 #include <type_traits>
 #include <utility>
@@ -39,7 +40,8 @@ class CycleFunction {
 /// and waits for nobody, if the function does not.
 ///
 /// A session begins with the first good telegram, after a silence, or where IPOC jumps back by more than a second or
-/// ahead by more than ten. The first answer moves nothing (PathCorrection::begin). Within a session only its sender is
+/// ahead by more than ten. The first answer moves nothing (PathCorrection::begin): it is that to the second telegram
+/// where the first does not tell the correction that the controller makes. Within a session only its sender is
 /// answered. Equal telegrams have equal answers: the time of a reading is that of IPOC. A stop ends the motion of the
 /// program, too, where the layout has an element for that, also while the link holds.
 class LinkSession {
@@ -78,6 +80,7 @@ class LinkSession {
   TelegramCodec reader_, writer_;
   TelegramUnits units_;
   PathCorrection correction_;
+  std::optional<ControllerState> first_;  ///< Of a session whose correction the next telegram tells.
   robot::SensorModel model_;
   LinkOptions options_;
   CycleFunction step_;

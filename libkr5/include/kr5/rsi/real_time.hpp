@@ -45,6 +45,9 @@ struct RealTimeStatus {
   }
 };
 
+/// Locks the memory of the process as far as it is there now, which takes tens of milliseconds: before anybody waits.
+Grant lock_memory(const RealTimeOptions& options) noexcept;
+
 /// Asks for the calling thread; what is denied changes nothing.
 RealTimeStatus request_real_time(const RealTimeOptions& options) noexcept;
 

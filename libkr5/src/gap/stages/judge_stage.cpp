@@ -33,12 +33,17 @@ struct Judged {
 class Judge {
  public:
   Judge(ModelPool& models, const std::vector<Group>& groups, const DiagnoseOptions& options)
-      : models_(models), problem_(models.problem()), data_(problem_.data), groups_(groups), options_(options) {}
+      : models_(models), problem_(models.problem()), data_(problem_.data), groups_(groups), options_(options) {
+    const ResidualAnalysis nominal = analysis(models.nominal());
+    for (std::size_t g = 0; g < groups.size(); ++g)
+      if (nominal.structured[g] || nominal.beyond[g]) gapped_.push_back(groups[g]);
+  }
 
   /// The best model less what is unfounded, part by part: the others must explain without it, too, so that what only
   /// made up for its errors is seen. None of its causes, where they fit what judges worse than without them.
   Judged founded() {
-    Judged out = analysed(free_shape_is_likelier(models_.best()) ? models_.nominal() : models_.best());
+    Judged out =
+        without_cancelling(analysed(free_shape_is_likelier(models_.best()) ? models_.nominal() : models_.best()));
     for (int worst = unfounded(out); worst >= 0; worst = unfounded(out))
       out = analysed(models_.without(out.model, static_cast<std::size_t>(worst)));
     const Model faults = faults_of(out.model);
@@ -71,6 +76,25 @@ class Judge {
       for (std::size_t k = 0; k < out.trusts.size(); ++k)
         out.trusts[k] = trust(data_, groups_, model, out.rest, k, options_);
     return out;
+  }
+
+  /// An effect and a fault of the recording that cancel each other tell nothing of the cell: currents that are logged
+  /// late and stamped early are only smoothed. Without both.
+  Judged without_cancelling(const Judged& judged) {
+    constexpr double opposite = -0.95;  // cosine
+    const auto change = [&](std::size_t part) {
+      return Eigen::VectorXd(judged.rest.whole - judged.rest.without[part]);
+    };
+    const std::vector<Part>& parts = judged.model.parts;
+    for (std::size_t cause = 0; cause < parts.size(); ++cause)
+      for (std::size_t fault = 0; fault < parts.size(); ++fault) {
+        if (of_recording(parts[cause]) || !of_recording(parts[fault])) continue;
+        const Eigen::VectorXd a = change(cause), b = change(fault);
+        if (!(a.dot(b) < opposite * a.norm() * b.norm())) continue;
+        const auto [first, last] = std::minmax(cause, fault);
+        return without_cancelling(analysed(models_.without(models_.without(judged.model, last), first)));
+      }
+    return judged;
   }
 
   /// The part that is least trusted, when that is less than even; faults of the recording stay. -1: none.
@@ -108,7 +132,9 @@ class Judge {
       if (of_recording(model.parts[k])) continue;
       const bool seen = !of_real_arm || !within_nuisance(problem_, models_.without(model, k)) ||
                         (is_significant(model, k, temperature) && mends_a_column(judged, k));
-      if (!seen || is_needless(models_, groups_, model, k, options_)) return static_cast<int>(k);
+      if (!seen || is_needless(models_, groups_, model, k, options_) ||
+          worsens_check(data_, gapped_, model, models_.without(model, k)))
+        return static_cast<int>(k);
     }
     return -1;
   }
@@ -131,6 +157,7 @@ class Judge {
   const ComparisonData& data_;
   const std::vector<Group>& groups_;
   const DiagnoseOptions& options_;
+  std::vector<Group> gapped_;  ///< With a gap at the nominal cell: a cause lessens it where it judges, or is none.
 };
 
 /// Blames the parts of a model: effects are causes, faults of the recording are not.

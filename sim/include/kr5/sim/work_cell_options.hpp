@@ -99,6 +99,10 @@ struct WorkCellErrors {
   }
 };
 
+/// Beside the usual errors: servo and friction off by a third in the extreme, forces late by a cycle, of another scale,
+/// offset and drifting, pellets within their tolerance.
+WorkCellErrors severe_errors();
+
 struct WorkCellOptions {
   BinShape bin = {.T_base_bin = Pose(Eigen::Translation3d(0.6, -0.32, 0.25))};
   PourOptions pour = {.pellets = 35};
