@@ -59,19 +59,23 @@ void bind_restart(py::module_& m) {
   bind_struct<RestartMeasurements>(m, "RestartMeasurements", "What is measured before anything moves.");
   bind_struct<RestartOptions>(m, "RestartOptions", "Options of decide_restart.");
   bind_enum<RestartStatus>(m, "RestartStatus", "Whether a job can go on.");
+  m.def("goes_on", &goes_on, py::arg("status"), "Whether a job begins, or goes on, by such a decision.");
   bind_enum<RestartFinding>(m, "RestartFinding", "What the comparison of journal and measurements found.");
   bind_struct<RestartDecision>(m, "RestartDecision", "Where a job goes on.");
+  m.def("decide_after_look", &decide_after_look, py::arg("before"), py::arg("seen"), py::arg("stack"),
+        "Decides anew, once the place that a decision to look names has been seen.");
   m.def("decide_restart", &decide_restart, py::arg("belief"), py::arg("measurements"),
         py::arg("options") = RestartOptions{}, "Compares journal and measurements, and decides where the job goes on.");
 }
 
 void bind_perception(py::module_& m) {
-  bind_enum<RequestKind>(m, "RequestKind", "What a supervisor asks for: none | sweep | scan | hole | way.");
+  bind_enum<RequestKind>(m, "RequestKind", "What a supervisor asks for.");
   bind_struct<StationVisit>(m, "StationVisit", "A pellet is put on the station and taken up again.");
   bind_struct<PlannedPick>(m, "PlannedPick", "How one pellet goes from the bin to the tube's gripper.");
   bind_struct<WayRequest>(m, "WayRequest", "Way that is asked for, and what is to follow it.");
   bind_struct<PerceptionRequest>(m, "PerceptionRequest", "What is to be looked at or planned.");
   bind_struct<HoleResult>(m, "HoleResult", "Where the tube is.");
+  bind_struct<PlaceResult>(m, "PlaceResult", "What was seen at the station or the tube.");
   bind_struct<JointWay>(m, "JointWay", "Way of all joints from rest to rest along a parabola.")
       .def("at", &JointWay::at, py::arg("share"), "Joints at a share of the way, from 0 to 1 [rad or m].");
   bind_struct<WayResult>(m, "WayResult", "How the joints go from place to place.");
@@ -80,7 +84,9 @@ void bind_perception(py::module_& m) {
 void bind_options(py::module_& m) {
   bind_struct<PathLimits>(m, "PathLimits", "Limits of motion from place to place.");
   bind_struct<StopLimits>(m, "StopLimits", "Limits that stop the arm.");
+  bind_struct<ScanLine>(m, "ScanLine", "Way of the tool over a place, along which a scanner is moved.");
   bind_struct<JobPlaces>(m, "JobPlaces", "Where things are.");
+  bind_struct<TubeStack>(m, "TubeStack", "Pellets that lie on each other in the tube.");
   bind_struct<JobOptions>(m, "JobOptions", "Options of Supervisor.");
 }
 
@@ -141,6 +147,10 @@ void bind_supervisor(py::module_& m) {
           "deliver_hole",
           [](WritingSupervisor& self, const HoleResult& result) { return self.supervisor().deliver(result); },
           py::arg("result"), "Where the tube is; False when it was not asked for, or no longer.")
+      .def(
+          "deliver_place",
+          [](WritingSupervisor& self, const PlaceResult& result) { return self.supervisor().deliver(result); },
+          py::arg("result"), "What is at the station or in the tube; False when it was not asked for, or no longer.")
       .def(
           "deliver_way",
           [](WritingSupervisor& self, const WayResult& result) { return self.supervisor().deliver(result); },

@@ -289,10 +289,15 @@ static void bind_bin_scan(py::module_& m) {
            "Place of the laser in the base for each reading of `cloud`, shape (n, 3) [m].");
   m.def("scan_path", &scan_path, py::arg("bin"), py::arg("scanner") = BinScannerOptions{},
         "A straight pass over a bin along its Y, the scanner level and looking down, its X along that of the bin.");
-  m.def("scan_bin", &scan_bin, py::arg("scene"), py::arg("path"), py::arg("scanner") = BinScannerOptions{},
-        py::call_guard<py::gil_scoped_release>(),
-        "Scans a bin: a profile at each time of a path. A profile with a delay was taken that much earlier, at a pose "
-        "interpolated on the path.");
+  m.def(
+      "scan_bin",
+      [](const PelletScene& scene, const ScanPath& path, const BinScannerOptions& scanner) {
+        return scan_bin(scene, path, scanner);
+      },
+      py::arg("scene"), py::arg("path"), py::arg("scanner") = BinScannerOptions{},
+      py::call_guard<py::gil_scoped_release>(),
+      "Scans a bin: a profile at each time of a path. A profile with a delay was taken that much earlier, at a pose "
+      "interpolated on the path.");
 }
 
 static void bind_bin_image(py::module_& m) {

@@ -9,6 +9,7 @@
 #include <kr5/work/fault_trials.hpp>
 #include <kr5/work/job_runner.hpp>
 #include <kr5/work/linked_job.hpp>
+#include <kr5/work/look_at_places.hpp>
 #include <kr5/work/plan_work.hpp>
 
 #include "grey_array.hpp"
@@ -61,6 +62,13 @@ void bind_perception(py::module_& m) {
       py::arg("picture"), py::arg("believed"), py::arg("T_base_flange"), py::arg("options"),
       "The tube in a grey picture (uint8, height x width), where its face is believed to lie; T_base_flange (4x4) [m] "
       "when the picture was taken. InvalidArgument for a cell without camera.");
+}
+
+void bind_looks(py::module_& m) {
+  m.def("look_at_stand", &look_at_stand, py::arg("cloud"), py::arg("options"),
+        "Whether a pellet is on the stand, in a cloud of it in the base [m].");
+  m.def("look_at_tube", &look_at_tube, py::arg("cloud"), py::arg("believed"), py::arg("options"),
+        "Whether a pellet stands out of the tube, and how deep its bore is free, in a cloud of it in the base [m].");
 }
 
 void bind_ways(py::module_& m) {
@@ -251,6 +259,7 @@ void bind_trials(py::module_& m) {
 void bind_work(py::module_& m) {
   bind_options(m);
   bind_perception(m);
+  bind_looks(m);
   bind_ways(m);
   bind_runner(m);
   bind_truth(m);

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include <kr5/core/error.hpp>
 
@@ -80,7 +81,7 @@ double meet_cylinder(const Vector3d& o, const Vector3d& d, double radius, double
 
 }  // namespace
 
-BinRays::BinRays(const PelletScene& scene) {
+BinRays::BinRays(const PelletScene& scene, std::vector<SolidInBin> solids) : solids_(std::move(solids)) {
   scene.validate();
   std::vector<AlignedBox3d> boxes;
   for (const Pellet& p : scene.pellets) {
@@ -136,6 +137,14 @@ BinHit BinRays::meet(const Vector3d& origin, const Vector3d& direction, int pell
   return hit;
 }
 
+void BinRays::meet_solids(const Vector3d& origin, const Vector3d& direction, BinHit& best) const {
+  for (const SolidInBin& s : solids_) {
+    const RayHit hit = s.solid.intersect(Ray{origin, direction}.in(s.T_bin_solid));
+    if (!(hit.distance > nearest_hit) || hit.distance >= best.distance) continue;
+    best = {hit.distance, s.T_bin_solid.linear() * hit.normal, BinWall};
+  }
+}
+
 /// Visits the pellets whose boxes a ray enters nearer than `within`, which may shrink meanwhile, until told to stop.
 void BinRays::each_pellet_near(const Vector3d& origin, const Vector3d& direction, const double& within,
                                auto&& visit) const {
@@ -162,6 +171,7 @@ BinHit BinRays::first_hit(const Vector3d& origin, const Vector3d& direction) con
   BinHit best;
   const Vector3d inverse = inverse_of(direction);
   for (const Block& block : blocks_) meet_box(block.box, block.surface, origin, inverse, best);
+  meet_solids(origin, direction, best);
   each_pellet_near(origin, direction, best.distance, [&](int pellet) {
     const BinHit hit = meet(origin, direction, pellet);
     if (hit.distance < best.distance) best = hit;
@@ -184,6 +194,7 @@ bool BinRays::blocked(const Vector3d& origin, const Vector3d& direction, double 
   hit.distance = distance;
   const Vector3d inverse = inverse_of(direction);
   for (const Block& block : blocks_) meet_box(block.box, block.surface, origin, inverse, hit);
+  meet_solids(origin, direction, hit);
   bool stopped = hit.surface != BinNothing;
   if (!stopped)
     each_pellet_near(origin, direction, distance, [&](int pellet) {

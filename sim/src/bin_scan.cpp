@@ -9,7 +9,6 @@
 #include <kr5/core/error.hpp>
 #include <kr5/core/random.hpp>
 #include <kr5/geometry/pose_interpolation.hpp>
-#include <kr5/sim/bin_rays.hpp>
 
 namespace kr5::sim {
 namespace {
@@ -126,7 +125,8 @@ ScanPath scan_path(const BinShape& bin, const BinScannerOptions& scanner) {
   return out;
 }
 
-BinScan scan_bin(const PelletScene& scene, const ScanPath& path, const BinScannerOptions& scanner) {
+BinScan scan_bin(const PelletScene& scene, const ScanPath& path, const BinScannerOptions& scanner,
+                 const std::vector<SolidInBin>& solids) {
   scanner.validate();
   const Index profiles = path.times.size();
   require(profiles >= 2 && profiles == static_cast<Index>(path.T_base_flange.size()),
@@ -134,7 +134,7 @@ BinScan scan_bin(const PelletScene& scene, const ScanPath& path, const BinScanne
   for (Index k = 1; k < profiles; ++k)
     require(path.times[k] > path.times[k - 1], "path: times must increase, and those of the profiles " +
                                                    std::to_string(k - 1) + " and " + std::to_string(k) + " do not");
-  const BinRays rays(scene);
+  const BinRays rays(scene, solids);
   Random random(static_cast<std::uint64_t>(scanner.seed));
   BinScan out;
   out.times = path.times, out.T_base_flange = path.T_base_flange, out.T_flange_scanner = scanner.T_flange_scanner;

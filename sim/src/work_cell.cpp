@@ -34,6 +34,25 @@ PelletScene bin_scene(const CellSolids& solids, const std::vector<PelletTruth>& 
   return out;
 }
 
+/// What is in a tube or beside it, as in a bin whose floor is out of sight: a bore may go down through the table.
+PelletScene tube_scene(const CellSolids& solids, const std::vector<PelletTruth>& pellets) {
+  constexpr double flat = 1e-5, size = 0.1, below = 10.0;  // of a bin that nobody sees [m]
+  PelletScene out;
+  out.bin = {.T_base_bin = solids.T_base_tubes.front() * Pose(Eigen::Translation3d(0, 0, -below)), .wall = flat};
+  out.bin.size << size, size, flat;
+  for (const PelletTruth& p : pellets)
+    if (p.place != PelletPlace::Bin && p.place != PelletPlace::Grip)
+      out.pellets.push_back({out.bin.T_base_bin.inverse() * p.T_base_pellet, p.radius, p.height});
+  return out;
+}
+
+std::vector<SolidInBin> tubes_in(const PelletScene& scene, const cell::Cell& real, const CellSolids& solids) {
+  std::vector<SolidInBin> out;
+  for (const Pose& T_base_tube : solids.T_base_tubes)
+    out.push_back({physics::tube_object(real), scene.bin.T_base_bin.inverse() * T_base_tube});
+  return out;
+}
+
 /// Stand and tubes for camera and line scanner. @param first Tube from which on.
 std::vector<cell::PlacedObject> objects(const cell::Cell& real, const CellSolids& solids, std::size_t first) {
   std::vector<cell::PlacedObject> out;
@@ -95,8 +114,12 @@ BinScan WorkCell::finish_scan(ScanPlace place) {
   scanner.seed += 1000 * now.scans;
   if (!world_->options.noise) scanner.noise = 0.0;
   const CellSolids& solids = world_->solids;
-  BinScan out = scan_bin(place == ScanPlace::Bin ? bin_scene(solids, now.pellets) : stand_scene(solids, now.pellets),
-                         path, scanner);
+  const PelletScene scene = place == ScanPlace::Bin     ? bin_scene(solids, now.pellets)
+                            : place == ScanPlace::Stand ? stand_scene(solids, now.pellets)
+                                                        : tube_scene(solids, now.pellets);
+  const bool tubes = place == ScanPlace::Tube;
+  BinScan out =
+      scan_bin(scene, path, scanner, tubes ? tubes_in(scene, world_->real, solids) : std::vector<SolidInBin>());
   out.T_base_flange = now.scan_told;
   return out;
 }

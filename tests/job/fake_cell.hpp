@@ -28,6 +28,7 @@ inline Pose pointing_down(const Eigen::Vector3d& place, double lean = 0.0, doubl
 struct Misfortune {
   double no_grip = 0.0;      ///< Of each closing of the gripper.
   double no_hole = 0.0;      ///< Of each look at the tube.
+  double no_place = 0.0;     ///< Of each scan of station or tube.
   double slip = 0.0;         ///< Of each cycle, that what is held falls.
   double outage_slip = 0.0;  ///< Of each interruption, the same.
 };
@@ -36,7 +37,7 @@ enum class Place { Bin, Gripper, Station, Tube, Floor };
 
 class FakeCell {
  public:
-  static constexpr double depth = 0.012;
+  static constexpr double depth = 0.012, height = 0.015;
   static constexpr force::PegTube bodies{.peg_radius = 9.42e-3, .inner_radius = 9.7e-3, .outer_radius = 12.65e-3};
 
   FakeCell(int pellets, std::uint64_t seed, const Misfortune& misfortune = {})
@@ -53,6 +54,9 @@ class FakeCell {
     out.places.T_base_scan = pointing_down({0.4, 0.0, 0.3});
     out.places.T_base_scan_end = pointing_down({0.4, 0.05, 0.3});
     out.places.T_base_tube = believed_tube();
+    out.places.station_scan = job::ScanLine{pointing_down({0.3, 0.27, 0.3}), pointing_down({0.3, 0.33, 0.3})};
+    out.places.tube_scan = job::ScanLine{pointing_down({0.2, -0.33, 0.3}), pointing_down({0.2, -0.27, 0.3})};
+    out.stack = {.depth = 1.0, .min_height = height, .max_height = height};
     out.places.T_tool_peg = T_tool_peg();
     out.insertion.bodies = bodies;
     out.insertion.entry = force::EntryAttitude::Upright;
@@ -75,7 +79,9 @@ class FakeCell {
     joint(0.115, M_PI_2, 0.0, 0.0);
     return out;
   }
-  static job::RestartOptions restart_options() { return {.T_base_tube = believed_tube(), .T_tool_peg = T_tool_peg()}; }
+  static job::RestartOptions restart_options() {
+    return {.T_base_tube = believed_tube(), .T_tool_peg = T_tool_peg(), .sees_station = true, .sees_tube = true};
+  }
 
   robot::RobotReading read() {
     robot::RobotReading out;
@@ -119,7 +125,17 @@ class FakeCell {
     out.T_base_tube = true_tube();
     for (int i = 0; i < 3; ++i) out.T_base_tube.translation()[i] += random_.normal(2e-5);
     out.position_std = 2e-5;
-    out.pellets = count(Place::Tube);
+    return out;
+  }
+  /// What a scan of the station or of the tube shows.
+  job::PlaceResult place(const job::PerceptionRequest& asked) {
+    job::PlaceResult out;
+    out.stamp = asked.stamp;
+    out.seen = random_.uniform() >= misfortune_.no_place;
+    if (asked.kind == job::RequestKind::Tube)
+      out.depth = 1.0 - height * count(Place::Tube);
+    else
+      out.occupied = count(Place::Station) > 0;
     return out;
   }
   /// A slow way between the first postures of both places.
@@ -138,7 +154,7 @@ class FakeCell {
     out.way.duration = slow;
     return out;
   }
-  job::RestartMeasurements measure() { return {read(), count(Place::Station) > 0, count(Place::Tube)}; }
+  job::RestartMeasurements measure() { return {read(), {}, {}}; }
 
   int count(Place place) const {
     int out = 0;

@@ -26,12 +26,19 @@ using namespace kr5::test;
 
 namespace job_allocation_test {
 
-TEST_CASE("no cycle of a job allocates, from the first pellet to the stop") {
+TEST_CASE("no cycle of a job allocates, from the look for a pellet that is lost to the stop") {
   FakeCell cell(3, 1);
   RecordRing ring;
   JobOptions options = FakeCell::options(0);
   options.arm = FakeCell::arm();
-  Supervisor supervisor(options, {}, ring);
+  RestartDecision start;
+  start.status = RestartStatus::Look;
+  start.finding = RestartFinding::StationUnseen;
+  start.phase = Phase::Look;
+  start.interrupted = Phase::Regrip;
+  start.pellet = start.tried = 1;
+  start.pellet_state = PelletState::Stood;
+  Supervisor supervisor(options, start, ring);
   std::set<Phase> phases;
   long allocated = 0;
   for (int k = 0; k < 100000 && !supervisor.finished(); ++k) {
@@ -40,10 +47,12 @@ TEST_CASE("no cycle of a job allocates, from the first pellet to the stop") {
     const PerceptionRequest asked = supervisor.request();
     const ScanResult scan = cell.scan(asked.stamp);
     const HoleResult hole = cell.look(asked.stamp);
+    const PlaceResult place = cell.place(asked);
     const WayResult way = asked.kind == RequestKind::Way ? FakeCell::way(asked) : WayResult{};
     const long before = job_allocations;
     supervisor.deliver(scan);
     supervisor.deliver(hole);
+    supervisor.deliver(place);
     supervisor.deliver(way);
     const robot::RobotCommand command = supervisor.step(reading);
     allocated += job_allocations - before;

@@ -42,8 +42,7 @@ class Program {
       : cell_(cell), journal_(file, "test"), random_(seed), ring_(std::make_unique<job::RecordRing>()) {
     ring_->begin_after(journal_.last_number());
     decision_ = job::decide_restart(journal_.belief(), cell.measure(), FakeCell::restart_options());
-    if (decision_.status == job::RestartStatus::Fresh || decision_.status == job::RestartStatus::Continue)
-      supervisor_ = std::make_unique<job::Supervisor>(options, decision_, *ring_);
+    if (job::goes_on(decision_.status)) supervisor_ = std::make_unique<job::Supervisor>(options, decision_, *ring_);
   }
 
   /// One cycle; what the disk and the cameras take is random.
@@ -97,6 +96,8 @@ class Program {
     if (asked.kind == job::RequestKind::None || random_.integer(10) != 0) return;
     if (asked.kind == job::RequestKind::Scan) supervisor_->deliver(cell_.scan(asked.stamp));
     if (asked.kind == job::RequestKind::Hole) supervisor_->deliver(cell_.look(asked.stamp));
+    if (asked.kind == job::RequestKind::Station || asked.kind == job::RequestKind::Tube)
+      supervisor_->deliver(cell_.place(asked));
     if (asked.kind == job::RequestKind::Way)
       supervisor_->deliver(has_way(asked.way) ? cell_.way(asked) : no_way(asked));
   }

@@ -27,7 +27,7 @@ TEST_CASE("the usual table can be run: every phase leads to the end, and a stop 
 
 TEST_CASE("an interrupted job is resumed only where the table says so") {
   const PhaseTable table = usual_phases();
-  for (const Phase phase : {Phase::Scan, Phase::Stand, Phase::Regrip, Phase::Approach, Phase::Next}) {
+  for (const Phase phase : {Phase::Look, Phase::Scan, Phase::Stand, Phase::Regrip, Phase::Approach, Phase::Next}) {
     REQUIRE(table.find_exit(Phase::CheckCell, Outcome::Resumed, phase) != nullptr);
     CHECK(table.find_exit(Phase::CheckCell, Outcome::Resumed, phase)->next == phase);
   }
@@ -52,10 +52,10 @@ TEST_CASE("a table that cannot be run is refused by the name of phase and field"
   CHECK_THROWS_WITH(table.validate(), "phase scan: retries must not be negative");
   table = usual_phases();
   std::swap(table.rows[0], table.rows[1]);
-  CHECK_THROWS_WITH(table.validate(), "phase scan: stands where check_cell belongs");
+  CHECK_THROWS_WITH(table.validate(), "phase look: stands where check_cell belongs");
   table = usual_phases();
   table.rows.pop_back();
-  CHECK_THROWS_WITH(table.validate(), "rows: found 10, expected one a phase: 11");
+  CHECK_THROWS_WITH(table.validate(), "rows: found 11, expected one a phase: 12");
   table = usual_phases();
   for (PhaseExit& e : row_of(table, Phase::Next).exits) e.next = e.exhausted = Phase::Stopped;
   row_of(table, Phase::Scan).exits[2].next = Phase::Stopped;

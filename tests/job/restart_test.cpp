@@ -37,7 +37,7 @@ JobBelief finish(FakeCell& cell, const std::filesystem::path& file, const JobOpt
   Program program(cell, file, options);
   if (program.decision().status != RestartStatus::Finished) {
     INFO(name_of(program.decision().status) << ": " << name_of(program.decision().finding));
-    REQUIRE(program.decision().status == RestartStatus::Continue);
+    REQUIRE(goes_on(program.decision().status));
     REQUIRE(program.run());
     INFO(name_of(program.supervisor().state().stop) << " in " << name_of(program.supervisor().state().stopped_in)
                                                     << " by " << name_of(program.supervisor().state().cell_fault));
@@ -68,7 +68,8 @@ TEST_CASE("a job killed at any of its records, before or behind it, goes on and 
       if (kill == 1 && !written) {
         CHECK(again.decision().status == RestartStatus::Fresh);
       } else if (again.decision().status != RestartStatus::Finished) {
-        CHECK(again.decision().status == RestartStatus::Continue);
+        CHECK(again.decision().status != RestartStatus::Fresh);
+        CHECK(goes_on(again.decision().status));
       }
       if (again.decision().status != RestartStatus::Finished) REQUIRE(again.run());
       check_truth(cell, again.journal().belief(), pellets);
@@ -96,7 +97,7 @@ void kill_often(int kills, const Misfortune& misfortune, bool all_arrive) {
       Program program(cell, folder / "job.db", options, 1000 * run + static_cast<std::uint64_t>(made));
       const RestartStatus status = program.decision().status;
       if (status == RestartStatus::Finished) break;
-      if (status != RestartStatus::Fresh && status != RestartStatus::Continue) {
+      if (!goes_on(status)) {
         ++refused;
         UNSCOPED_INFO(name_of(program.decision().finding) << " in run " << run);
         break;
@@ -112,7 +113,7 @@ void kill_often(int kills, const Misfortune& misfortune, bool all_arrive) {
     check_truth(cell, finish(cell, folder / "job.db", options), pellets);
     if (all_arrive) CHECK(cell.count(Place::Tube) == pellets);
   }
-  CHECK(killed_in.size() == 9);  // all but stopped and done
+  CHECK(killed_in.size() == 10);  // all but stopped and done
   CHECK(refused == 0);
   CHECK(gaps == 0);
 }
@@ -146,8 +147,10 @@ RestartMeasurements measured(bool gripped, std::optional<bool> station, std::opt
 }
 
 void check_decision(const JobBelief& belief, const RestartMeasurements& m, RestartStatus status, RestartFinding finding,
-                    Phase phase) {
-  const RestartDecision d = decide_restart(belief, m, FakeCell::restart_options());
+                    Phase phase, bool looks = false) {
+  RestartOptions options = FakeCell::restart_options();
+  options.sees_station = options.sees_tube = looks;
+  const RestartDecision d = decide_restart(belief, m, options);
   CHECK(d.status == status);
   CHECK(d.finding == finding);
   CHECK(d.phase == phase);
@@ -210,6 +213,52 @@ TEST_CASE("what must be seen first is named") {
                  Phase::Stopped);
   check_decision(insert, measured(false, false, std::nullopt), RestartStatus::Unseen, RestartFinding::TubeUnseen,
                  Phase::Stopped);
+}
+
+TEST_CASE("what nobody said is looked at, and the job goes on by what is seen") {
+  using enum RestartFinding;
+  const TubeStack stack = FakeCell::options(1).stack;
+  const JobBelief stand = belief_in(Phase::Stand, PelletState::Picked),
+                  regrip = belief_in(Phase::Regrip, PelletState::Stood),
+                  insert = belief_in(Phase::Insert, PelletState::Regripped, 2);
+  const RestartMeasurements unsaid = measured(false, std::nullopt, std::nullopt);
+  check_decision(stand, unsaid, RestartStatus::Look, StationUnseen, Phase::Look, true);
+  check_decision(regrip, unsaid, RestartStatus::Look, StationUnseen, Phase::Look, true);
+  check_decision(insert, unsaid, RestartStatus::Look, TubeUnseen, Phase::Look, true);
+  check_decision(insert, measured(true, std::nullopt, std::nullopt), RestartStatus::Continue, AsBelieved,
+                 Phase::Approach, true);
+  const auto seen = [&](const JobBelief& belief, const PlaceResult& place) {
+    return decide_after_look(decide_restart(belief, unsaid, FakeCell::restart_options()), place, stack);
+  };
+  const auto filled = [&](int pellets) {
+    return PlaceResult{.seen = true, .depth = stack.depth - pellets * stack.min_height};
+  };
+  const PlaceResult empty{.seen = true}, full{.seen = true, .occupied = true}, stuck{.seen = true, .depth = 0.003};
+  CHECK(seen(stand, full).phase == Phase::Regrip);
+  CHECK(seen(stand, full).finding == WasStood);
+  CHECK(seen(stand, empty).pellet_state == PelletState::Dropped);
+  CHECK(seen(regrip, full).finding == AsBelieved);
+  CHECK(seen(regrip, empty).pellet_state == PelletState::Lost);
+  CHECK(seen(insert, filled(3)).pellet_state == PelletState::Inserted);
+  CHECK(seen(insert, filled(3)).inserted == 3);
+  CHECK(seen(insert, filled(2)).pellet_state == PelletState::Dropped);
+  CHECK(seen(insert, filled(2)).inserted == 2);
+  for (const PlaceResult& place : {stuck, full}) {
+    CHECK(seen(insert, place).status == RestartStatus::Contradiction);
+    CHECK(seen(insert, place).finding == TubeStuck);
+  }
+}
+
+TEST_CASE("a pellet that was lost in the mouth of the bore is in a tube of which no ground is seen") {
+  const PlaceResult dark{.seen = true};
+  JobBelief lost = belief_in(Phase::Next, PelletState::MissingInBore);
+  const auto decided = [&] {
+    const RestartMeasurements unsaid = measured(false, std::nullopt, std::nullopt);
+    return decide_after_look(decide_restart(lost, unsaid, FakeCell::restart_options()), dark, {});
+  };
+  CHECK(decided().finding == RestartFinding::WasInserted);
+  lost.pellets.back().state = PelletState::Missing;
+  CHECK(decided().finding == RestartFinding::WasDropped);
 }
 
 TEST_CASE("a stop that nobody has released is not passed by, and no job begins without a decision for it") {

@@ -75,10 +75,26 @@ TEST_CASE(
       latched.journal().release("Ada");
     }
     Program released(cell, folder / "job.db", FakeCell::options(1));
-    REQUIRE(released.decision().status == RestartStatus::Continue);
+    REQUIRE(goes_on(released.decision().status));
+    CHECK(released.decision().status != RestartStatus::Fresh);
     REQUIRE(released.run());
     CHECK(cell.count(Place::Tube) == 1);
   }
+}
+
+TEST_CASE("what stands on the way to the station stops the job and is told") {
+  Folder folder;
+  FakeCell cell(1, 1);
+  Program program(cell, folder / "job.db", FakeCell::options(1));
+  program.run([&] {
+    const Eigen::Vector3d way = cell.tool().translation() - FakeCell::station().translation();
+    return program.supervisor().state().phase == Phase::Stand && way.head<2>().norm() < 1e-3 && way.z() < 0.1;
+  });
+  cell.push[2] = 12.0;
+  for (int k = 0; k < 3; ++k) program.cycle();
+  CHECK(program.command().stop);
+  CHECK(program.supervisor().state().stop == StopReason::Obstructed);
+  CHECK(program.supervisor().state().stopped_in == Phase::Stand);
 }
 
 TEST_CASE("an operator and a lost link stop the job") {

@@ -83,6 +83,35 @@ TEST_CASE("a path goes through its poses, within its limits, also where it brake
   }
 }
 
+TEST_CASE("a careful way goes at one speed, and ends where something is met") {
+  const PathLimits limits;
+  const double length = 0.08;
+  for (const bool meets : {false, true}) {
+    ToolPath path(limits, cycle);
+    path.start(Pose::Identity());
+    path.add(Pose(Eigen::Translation3d(0, 0, -length)), Way::Careful);
+    double fastest = 0.0, met_at = 0.0;
+    int steady = 0, cycles = 0;
+    for (; !path.standing() && cycles < 10000; ++cycles) {
+      const double before = path.pose().translation().z();
+      const bool presses = meets && before < -0.05;
+      if (presses && met_at == 0.0) met_at = before;
+      path.step(presses ? Eigen::Vector3d(6, 0, 6) : Eigen::Vector3d(0, 0, 0));
+      const double speed = (before - path.pose().translation().z()) / cycle;
+      fastest = std::max(fastest, speed);
+      steady += std::abs(speed - limits.careful_speed) < 0.05 * limits.careful_speed;
+    }
+    CHECK(path.obstructed() == meets);
+    CHECK_FALSE(path.touched());
+    CHECK(fastest <= limits.careful_speed * (1 + rounding));
+    CHECK(steady > 0.4 * cycles);
+    if (meets)
+      CHECK(met_at - path.pose().translation().z() < 2e-3);
+    else
+      CHECK(path.pose().translation().z() == Approx(-length));
+  }
+}
+
 TEST_CASE("a guarded way ends where something is touched, a free one does not") {
   for (const Way way : {Way::Guarded, Way::Slow}) {
     ToolPath path({}, cycle);

@@ -93,7 +93,7 @@ def test_every_stop_and_every_finding_has_a_remedy():
             state = job.JobState(stop=job.StopReason.CellFault, cell_fault=fault)
             assert remedies.CELL_FAULTS[str(fault)] in remedies.stop_text(state, None)
     decision = job.RestartDecision(status="contradiction")
-    for name in ("pose_invalid", "grip_unexpected", "station_occupied", "tube_count", "station_unseen", "tube_unseen"):
+    for name in remedies.FINDINGS:
         decision.finding = name
         assert remedies.FINDINGS[name] in remedies.refusal_text(decision, None)
 

@@ -1,5 +1,6 @@
 #include <kr5/work/job_runner.hpp>
 
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -45,20 +46,6 @@ void settle(sim::WorkCell& cell) {
   }
 }
 
-/// Stand and tube, as whoever stands beside the cell sees them.
-job::RestartMeasurements seen_by_a_person(const sim::WorkCell& cell) {
-  const sim::WorkCellTruth truth = cell.truth();
-  job::RestartMeasurements out;
-  out.station = false;
-  out.tube = work::judge_job(cell).in_tube;
-  for (const sim::PelletTruth& p : truth.pellets) {
-    const Eigen::Vector3d at = truth.T_base_stand.inverse() * p.T_base_pellet.translation();
-    const bool free = p.place == sim::PelletPlace::Stand || p.place == sim::PelletPlace::Loose;
-    if (free && at.cwiseAbs().maxCoeff() < 0.05) out.station = true;
-  }
-  return out;
-}
-
 /// What happened, for a test that fails.
 void tell(const job::Journal& journal, const sim::WorkCell& cell) {
   for (const job::JobRecord& r : journal.records())
@@ -98,7 +85,7 @@ TEST_CASE("a job that is killed again and again does nothing twice, and loses no
   bool ended = false;
   for (int program = 0; program < 12 && !ended; ++program) {
     job::Journal journal(file, "test");
-    work::JobRunner runner(*cell, options, journal, seen_by_a_person(*cell));
+    work::JobRunner runner(*cell, options, journal);
     INFO("program " << program << ": " << name_of(runner.decision().status) << ", "
                     << name_of(runner.decision().finding));
     REQUIRE(runner.runs());
@@ -122,9 +109,115 @@ TEST_CASE("a job that is killed again and again does nothing twice, and loses no
   CHECK(truth.in_bin == 2);
 }
 
+TEST_CASE("what stands in the way is met with less than the limit of force, and the reason is told",
+          "[long][not_sanitized]") {
+  struct Obstacle {
+    const char* what;
+    double stand, tube;  ///< By which something stands on the stand, and the tube is higher than believed [m].
+  };
+  const auto obstacle =
+      GENERATE(Obstacle{"low on the stand", 0.01, 0.0}, Obstacle{"as high as two pellets", 0.03, 0.0},
+               Obstacle{"high on the stand", 0.065, 0.0}, Obstacle{"a tube that is 7 mm too high", 0.0, 0.007},
+               Obstacle{"a tube that is 30 mm too high", 0.0, 0.03});
+  const std::uint64_t seed = GENERATE(as<std::uint64_t>{}, 8131, 8132);
+  cell::Cell given = cell::load_cell(KR5_SHARE_DIR "/cells/kr5_arc.yaml");
+  sim::WorkCellOptions bin = small_bin(seed);
+  given.effects.set("tube_shift", "tube", "shift", Eigen::VectorXd(Eigen::Vector3d(0, 0, obstacle.tube)));
+  if (obstacle.stand > 0)
+    bin.further_tubes.push_back(bin.stand.T_base_stand * Eigen::Translation3d(0.025, 0, obstacle.stand));
+  sim::WorkCell cell(given, bin);
+  work::WorkOptions options = work::work_options(cell);
+  options.job.pellets = 1;
+  work::place_over_bin(cell, options);
+  job::Journal journal(new_journal("obstacle"), "test");
+  work::JobRunner runner(cell, options, journal);
+  double most = 0.0;
+  while (!runner.finished()) {
+    runner.step();
+    most = std::max(most, cell.truth().contact.head<3>().norm());
+  }
+  INFO(obstacle.what << ", seed " << seed << ": " << name_of(runner.state().stop) << " in "
+                     << name_of(runner.state().stopped_in) << ", " << most << " N");
+  CHECK(most < options.job.insertion.limits.force);
+  if (runner.state().phase == job::Phase::Done) return;
+  CHECK(runner.state().phase == job::Phase::Stopped);
+  if (obstacle.stand > 0) CHECK(runner.state().stopped_in == job::Phase::Stand);
+}
+
+TEST_CASE("a pellet that falls at the tube is counted where it is in, and else recorded as lost",
+          "[long][not_sanitized]") {
+  const auto when = GENERATE(force::Phase::Approach, force::Phase::Roll, force::Phase::Push);
+  const std::uint64_t seed = GENERATE(as<std::uint64_t>{}, 8141, 8142);
+  sim::WorkCell cell = cell_of(seed);
+  work::WorkOptions options = work::work_options(cell);
+  options.job.pellets = 1;
+  work::place_over_bin(cell, options);
+  job::Journal journal(new_journal("fallen"), "test");
+  work::JobRunner runner(cell, options, journal);
+  const auto at_tube = [&] {
+    const job::Phase phase = runner.state().phase;
+    const bool inserts = phase == job::Phase::Search || phase == job::Phase::Insert;
+    return inserts && (runner.insertion().phase == when || runner.insertion().phase == force::Phase::Push);
+  };
+  while (!runner.finished() && !at_tube()) runner.step();
+  REQUIRE_FALSE(runner.finished());
+  cell.read();
+  cell.send({.gripper = {.hold = false, .fingers = true}});
+  while (!runner.finished()) runner.step();
+  settle(cell);
+  tell(journal, cell);
+  INFO("lost in " << name_of(when) << ", seed " << seed << ": " << name_of(runner.state().stop) << ", "
+                  << name_of(runner.state().cell_fault));
+  const job::JobBelief belief = journal.belief();
+  REQUIRE(!belief.pellets.empty());
+  if (belief.phase == job::Phase::Done) {
+    CHECK(belief.inserted == work::judge_job(cell).in_tube);
+    CHECK(finished(belief.pellets.front().state));
+  } else {
+    CHECK(runner.state().stop != job::StopReason::None);
+    CHECK(runner.state().cell_fault == job::CellFault::Tube);  // it stands on the tube
+  }
+}
+
+TEST_CASE("a pellet that falls while no program runs is looked for, and no pellet is lost from the journal",
+          "[long][not_sanitized]") {
+  const std::uint64_t seed = GENERATE(as<std::uint64_t>{}, 8151, 8152, 8153, 8154);
+  Random random(seed);
+  sim::WorkCell cell = cell_of(seed);
+  work::WorkOptions options = work::work_options(cell);
+  options.job.pellets = 1;
+  work::place_over_bin(cell, options);
+  const auto file = new_journal("fell" + std::to_string(seed));
+  {
+    job::Journal journal(file, "test");
+    work::JobRunner runner(cell, options, journal);
+    while (!runner.finished() && runner.state().pellet_state < job::PelletState::Picked) runner.step();
+    for (int left = random.integer(600); left > 0 && !runner.finished(); --left) runner.step();
+    if (runner.finished()) return;
+  }
+  const bool held = cell.read().status.gripped;
+  cell.send({.gripper = {.hold = false, .fingers = true}, .stop = true});
+  settle(cell);
+  job::Journal journal(file, "test");
+  work::JobRunner runner(cell, options, journal);
+  INFO("held " << held << ": " << name_of(runner.decision().status) << ", " << name_of(runner.decision().finding));
+  REQUIRE(runner.runs());
+  while (!runner.finished()) runner.step();
+  settle(cell);
+  tell(journal, cell);
+  if (runner.state().stop == job::StopReason::CellFault) {
+    CHECK(runner.state().cell_fault == job::CellFault::Tube);
+    return;
+  }
+  CHECK(journal.belief().phase == job::Phase::Done);
+  CHECK(journal.belief().inserted == work::judge_job(cell).in_tube);
+}
+
 TEST_CASE("a job that must be looked at says what, and goes on once that is said") {
   sim::WorkCell cell = cell_of(816);
-  const work::WorkOptions options = work::work_options(cell);
+  work::WorkOptions options = work::work_options(cell);
+  REQUIRE((options.job.places.station_scan && options.job.places.tube_scan));
+  options.job.places.station_scan.reset();
   work::place_over_bin(cell, options);
   job::Journal journal(new_journal("unseen"), "test");
   job::JobRecord regrip;

@@ -22,8 +22,6 @@ TORN = 0.25  # share of the kills between the file of the cell and the records
 LONGEST = 700  # cycles of a program that is killed
 PROGRAM = 20_000  # cycles within which one that is not comes to the end of its job
 REST = 250  # cycles in which the last pellet comes to rest
-NEAR_STAND = 0.05  # [m]
-GOES_ON = (job.RestartStatus.Fresh, job.RestartStatus.Continue)
 
 
 @dataclass
@@ -33,17 +31,6 @@ class KillTrial:
     kills: int = 0
     largest_first_step: float = 0.0  # from the measured pose to the first command of a program [m]
     problems: list[str] = field(default_factory=list)
-
-
-def seen_by_a_person(cell: kr5.sim.WorkCell) -> job.RestartMeasurements:
-    """Stand and tube, as whoever stands beside the cell sees them."""
-    truth = cell.truth()
-    out = job.RestartMeasurements()
-    out.tube = kr5.work.judge_job(cell).in_tube
-    free = [p for p in truth.pellets if p.place in (kr5.sim.PelletPlace.Stand, kr5.sim.PelletPlace.Loose)]
-    at = [np.linalg.inv(truth.T_base_stand) @ p.T_base_pellet[:, 3] for p in free]
-    out.station = any(np.abs(x[:3]).max() < NEAR_STAND for x in at)
-    return out
 
 
 def open_journal(file: Path) -> job.Journal:
@@ -59,9 +46,9 @@ def run_program(
     journal = open_journal(file)
     if journal.last_number == 0:
         kr5.work.place_over_bin(cell, options)
-    runner = kr5.work.JobRunner(cell, options, journal, seen_by_a_person(cell), str(state_file(file)))
+    runner = kr5.work.JobRunner(cell, options, journal, cell_file=str(state_file(file)))
     decision = runner.decision
-    if decision.status not in GOES_ON:
+    if not job.goes_on(decision.status):
         if decision.status not in (job.RestartStatus.Finished, job.RestartStatus.Latched):
             trial.problems.append(f"{decision.status}: {decision.finding}")
         return None if decision.status != job.RestartStatus.Latched else decision.status

@@ -44,7 +44,7 @@ JobBelief believe(std::span<const JobRecord> records) {
     note_stop(out, record);
     if (record.kind == RecordKind::Stop || record.kind == RecordKind::Release) continue;
     note_pellet(out, record);
-    out.phase = record.phase;
+    if (record.phase != Phase::Look) out.phase = record.phase;  // it looks for what an earlier phase left
     out.pellet = record.pellet;
     out.station = record.station;
   }

@@ -26,7 +26,25 @@ Outcome Supervisor::Machine::check_cell(const robot::RobotReading& reading) noex
   state.cell_fault = find_cell_fault(reading);
   if (state.cell_fault != CellFault::None) return Outcome::CellFault;
   if (state.phase_time < options.check_time) return Outcome::None;
-  return start.status == RestartStatus::Continue ? Outcome::Resumed : Outcome::CellReady;
+  return start.status == RestartStatus::Fresh ? Outcome::CellReady : Outcome::Resumed;
+}
+
+/// Over the place where the pellet of a job that was interrupted may be, and over the next one where it is not there.
+Outcome Supervisor::Machine::look(const robot::RobotReading& reading) noexcept {
+  const bool station = start.finding == RestartFinding::StationUnseen;
+  const std::optional<ScanLine>& line = station ? options.places.station_scan : options.places.tube_scan;
+  if (!line) return Outcome::NotSeen;
+  if (!sweep(*line, station ? RequestKind::Station : RequestKind::Tube, reading)) return on_the_way();
+  if (!place.seen) return Outcome::NotSeen;
+  const RestartDecision found = decide_after_look(start, place, options.stack);
+  sweep_stage = 0;
+  answered = false;
+  if (found.status == RestartStatus::Contradiction) {
+    state.cell_fault = found.finding == RestartFinding::StationOccupied ? CellFault::Station : CellFault::Tube;
+    return Outcome::Contradiction;
+  }
+  take(found);
+  return found.status == RestartStatus::Look ? Outcome::None : Outcome::Resumed;
 }
 
 /// Each other scan is made from where that is seen which was hidden; a bin is empty when both show nothing.
@@ -34,26 +52,10 @@ Outcome Supervisor::Machine::scan_bin(const robot::RobotReading& reading) noexce
   const JobPlaces& places = options.places;
   const bool again = places.T_base_rescan && state.attempt % 2 == 0;
   const Pose& begin = again ? *places.T_base_rescan : places.T_base_scan;
-  if (stage == 0) {
-    set_grip(false);
-    travel_over(begin);
-    path.add(begin);
-    stage = 1;
-  }
-  if (!follow(reading)) return on_the_way();
-  if (stage == 1) {
-    const Pose& end = again ? *places.T_base_rescan_end : places.T_base_scan_end;
-    if (!end.isApprox(begin)) request = {RequestKind::Sweep, cycle, state.pellet};
-    path.start(commanded);
-    path.add(end, Way::Scan);
-    stage = 2;
-    return Outcome::None;
-  }
-  if (stage == 2) {
-    request = {RequestKind::Scan, cycle, state.pellet};
-    stage = 3;
-  }
-  if (!answered) return Outcome::None;
+  if (stage == 0) set_grip(false);
+  stage = 1;
+  const Pose& end = again ? *places.T_base_rescan_end : places.T_base_scan_end;
+  if (!sweep({begin, end}, RequestKind::Scan, reading)) return on_the_way();
   next_pick = 0;
   if (scan.count > 0) return Outcome::PicksFound;
   if (scan.unreachable > 0) return Outcome::Unreachable;
@@ -65,7 +67,7 @@ Outcome Supervisor::Machine::pick(const robot::RobotReading& reading) noexcept {
   if (stage == 0) {
     fingers = false;
     set_grip(false);
-    travel_to(planned.T_base_grasp, Way::Guarded);
+    travel_to(planned.T_base_grasp, true);  // the scan shows what lies there
     stage = 1;
   }
   if (!follow(reading)) return on_the_way();
@@ -88,7 +90,7 @@ Outcome Supervisor::Machine::pick(const robot::RobotReading& reading) noexcept {
 /// leaves it. So an interruption finds one or the other.
 Outcome Supervisor::Machine::stand(const robot::RobotReading& reading) noexcept {
   if (stage == 0) {
-    travel_to(planned.visit(visit).T_base_put, Way::Guarded);
+    travel_to(planned.visit(visit).T_base_put, station_known);
     stage = 1;
   }
   if (stage == 1) {
@@ -100,7 +102,10 @@ Outcome Supervisor::Machine::stand(const robot::RobotReading& reading) noexcept 
     set_grip(false);
     stage = 2;
   }
-  if (grip_is(reading, false)) return Outcome::Stood;
+  if (grip_is(reading, false)) {
+    station_known = true;
+    return Outcome::Stood;
+  }
   if (seconds(grip_cycles) <= options.grip_time) return Outcome::None;
   set_grip(true);
   return Outcome::NotReleased;
@@ -110,7 +115,7 @@ Outcome Supervisor::Machine::regrip(const robot::RobotReading& reading) noexcept
   if (stage == 0) {
     fingers = true;
     set_grip(false);
-    travel_to(planned.visit(visit).T_base_take, Way::Guarded);
+    travel_to(planned.visit(visit).T_base_take, station_known);
     stage = 1;
   }
   if (!follow(reading)) return on_the_way();

@@ -18,15 +18,14 @@ force::InsertionOptions insertion_options(const JobOptions& options) {
 }
 
 const RestartDecision& startable(const RestartDecision& decision) {
-  const bool can = decision.status == RestartStatus::Fresh || decision.status == RestartStatus::Continue;
-  require(can, "start: the job cannot go on: " + std::string(name_of(decision.status)) + " (" +
-                   std::string(name_of(decision.finding)) + ")");
+  require(goes_on(decision.status), "start: the job cannot go on: " + std::string(name_of(decision.status)) + " (" +
+                                        std::string(name_of(decision.finding)) + ")");
   return decision;
 }
 
 bool by_insertion(Phase phase) noexcept { return phase == Phase::Search || phase == Phase::Insert; }
 
-PlannedPick plan_of(const StationPlan& s) {
+PlannedPick plan_of(const StationPlan& s) noexcept {
   return {
       Pose::Identity(), {to_pose(s.put), to_pose(s.take)}, {to_pose(s.second_put), to_pose(s.second_take)}, s.visits};
 }
@@ -51,7 +50,9 @@ PelletState state_after(Phase phase, Outcome outcome, PelletState before) noexce
     case Outcome::AtDepth:
       return PelletState::Seated;
     case Outcome::Dropped:
-      return phase == Phase::Search || phase == Phase::Insert ? PelletState::Missing : PelletState::Dropped;
+      return by_insertion(phase) ? PelletState::Missing : PelletState::Dropped;
+    case Outcome::DroppedInBore:
+      return PelletState::MissingInBore;
     default:
       return before;
   }
@@ -61,6 +62,7 @@ PelletState state_after(Phase phase, Outcome outcome, PelletState before) noexce
 StopReason reason_of(Outcome outcome) noexcept {
   switch (outcome) {
     case Outcome::CellFault:
+    case Outcome::Contradiction:
       return StopReason::CellFault;
     case Outcome::Unreachable:
       return StopReason::Unreachable;
@@ -80,13 +82,19 @@ Supervisor::Machine::Machine(const JobOptions& given, const RestartDecision& dec
       insertion(insertion_options(given)),
       T_base_tube(given.places.T_base_tube),
       tried(decision.tried) {
+  take(decision);
+  gripper = {decision.gripped, false, fingers};
+}
+
+/// The pellet is where a decision says, and goes on from there.
+void Supervisor::Machine::take(const RestartDecision& decision) noexcept {
+  start = decision;
   state.pellet = decision.pellet;
   state.pellet_state = decision.pellet_state;
   state.inserted = decision.inserted;
   planned = plan_of(decision.station);
   visit = decision.station.visit;
   fingers = decision.pellet_state > PelletState::Picked || visit > 0;
-  gripper = {decision.gripped, false, fingers};
 }
 
 robot::RobotCommand Supervisor::Machine::step(const robot::RobotReading& reading) noexcept {
@@ -146,6 +154,8 @@ Outcome Supervisor::Machine::run_phase(const robot::RobotReading& reading) noexc
   switch (state.phase) {
     case Phase::CheckCell:
       return check_cell(reading);
+    case Phase::Look:
+      return look(reading);
     case Phase::Scan:
       return scan_bin(reading);
     case Phase::Pick:
@@ -238,7 +248,7 @@ void Supervisor::Machine::enter_phase() noexcept {
   state.phase_time = 0.0;
   state.attempt = retries[static_cast<std::size_t>(coming)] + 1;
   awaited = 0;
-  phase_cycles = stage = unheld = grip_cycles = grip_seen = settle_cycles = 0;
+  phase_cycles = stage = sweep_stage = unheld = grip_cycles = grip_seen = settle_cycles = 0;
   answered = dropping = no_way = false;
   path.start(commanded);
 }

@@ -15,6 +15,7 @@ struct Supervisor::Machine {
   robot::RobotCommand step(const robot::RobotReading& reading) noexcept;
 
   // Transitions and records (machine.cpp).
+  void take(const RestartDecision& decision) noexcept;
   void begin(const robot::RobotReading& reading) noexcept;
   robot::RobotCommand hold_stopped(const robot::RobotReading& reading) noexcept;
   Outcome run_phase(const robot::RobotReading& reading) noexcept;
@@ -29,11 +30,12 @@ struct Supervisor::Machine {
 
   // Ways from place to place (travel.cpp).
   void lift() noexcept;
-  void travel_to(const Pose& T_base_tool, Way last) noexcept;
+  void travel_to(const Pose& T_base_tool, bool known_clear) noexcept;
   void travel_over(const Pose& T_base_tool) noexcept;
   void go_over(const Pose& T_base_over) noexcept;
   Pose look_pose() const noexcept { return options.places.look(T_base_tube); }
   Outcome on_the_way() const noexcept;
+  bool sweep(const ScanLine& line, RequestKind asks, const robot::RobotReading& reading) noexcept;
   bool near_tube(const Pose& T_base_tool) const noexcept;
 
   // What the gripper does (travel.cpp).
@@ -46,6 +48,7 @@ struct Supervisor::Machine {
   // Phases (bin_phases.cpp, tube_phases.cpp).
   CellFault find_cell_fault(const robot::RobotReading& reading) const noexcept;
   Outcome check_cell(const robot::RobotReading& reading) noexcept;
+  Outcome look(const robot::RobotReading& reading) noexcept;
   Outcome scan_bin(const robot::RobotReading& reading) noexcept;
   Outcome pick(const robot::RobotReading& reading) noexcept;
   Outcome stand(const robot::RobotReading& reading) noexcept;
@@ -56,7 +59,7 @@ struct Supervisor::Machine {
   Outcome insert(const robot::RobotReading& reading) noexcept;
   Outcome next(const robot::RobotReading& reading) noexcept;
   bool release_pellet(const robot::RobotReading& reading) noexcept;
-  bool look_for_pellet() noexcept;
+  Outcome look_for_pellet(const robot::RobotReading& reading) noexcept;
   void step_insertion(const robot::RobotReading& reading) noexcept;
   Outcome insertion_end() noexcept;
 
@@ -70,6 +73,7 @@ struct Supervisor::Machine {
   PerceptionRequest request;
   ScanResult scan;
   HoleResult hole;
+  PlaceResult place;
 
   Pose commanded = Pose::Identity();
   robot::GripperCommand gripper;
@@ -79,8 +83,9 @@ struct Supervisor::Machine {
   int visit = 0;          ///< Of the station.
   int next_pick = 0;
   int tried = 0;
-  bool hole_felt = false;  ///< A pellet went into the hole where it is believed.
-  bool answered = false;   ///< What was asked for has come.
+  bool hole_felt = false;      ///< A pellet went into the hole where it is believed.
+  bool station_known = false;  ///< A pellet was put there as it should be, and none was lost since.
+  bool answered = false;       ///< What was asked for has come.
   bool dropping = false;
   bool no_way = false;  ///< There is none to where the arm shall go.
 
@@ -93,7 +98,7 @@ struct Supervisor::Machine {
   std::int64_t cycle = 0;
   double time = 0.0;  ///< Of the reading of this cycle [s].
   int phase_cycles = 0, wait_cycles = 0, grip_cycles = 0, grip_seen = 0, unheld = 0, settle_cycles = 0;
-  int stage = 0;
+  int stage = 0, sweep_stage = 0;
   int insertion_attempt = 1;
   std::array<int, phase_count> retries{};
 };

@@ -22,6 +22,11 @@ void check_places(const JobPlaces& p) {
   require(p.T_base_rescan.has_value() == p.T_base_rescan_end.has_value(),
           "places.T_base_rescan and places.T_base_rescan_end must both be given, or neither");
   if (p.T_base_rescan) require_pose(*p.T_base_rescan, "places.T_base_rescan is no rigid motion");
+  for (const auto* scan : {&p.station_scan, &p.tube_scan})
+    if (*scan) {
+      require_pose((*scan)->T_base_begin, "places: T_base_begin of a scan is no rigid motion");
+      require_pose((*scan)->T_base_end, "places: T_base_end of a scan is no rigid motion");
+    }
   if (p.T_base_rescan_end) require_pose(*p.T_base_rescan_end, "places.T_base_rescan_end is no rigid motion");
   require_pose(p.T_base_tube, "places.T_base_tube is no rigid motion");
   require_pose(p.T_tool_peg, "places.T_tool_peg is no rigid motion");
@@ -50,6 +55,7 @@ void JobOptions::validate() const {
   require(pellets >= 0, "pellets must not be negative");
   require(cycle > 0 && cycle <= 1, "cycle must lie between 0 and 1 s");
   check_places(places);
+  stack.validate();
   motion.validate();
   if (arm) arm->validate();
   stop.validate();
@@ -91,6 +97,16 @@ bool Supervisor::deliver(const ScanResult& result) noexcept {
 bool Supervisor::deliver(const HoleResult& result) noexcept {
   if (machine_->request.kind != RequestKind::Hole || result.stamp != machine_->request.stamp) return false;
   machine_->hole = result;
+  machine_->answered = true;
+  machine_->request = {};
+  return true;
+}
+
+bool Supervisor::deliver(const PlaceResult& result) noexcept {
+  const RequestKind kind = machine_->request.kind;
+  if (kind != RequestKind::Station && kind != RequestKind::Tube) return false;
+  if (result.stamp != machine_->request.stamp) return false;
+  machine_->place = result;
   machine_->answered = true;
   machine_->request = {};
   return true;

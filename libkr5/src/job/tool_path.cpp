@@ -10,11 +10,20 @@
 namespace kr5::job {
 namespace {
 
+constexpr double getting_up = 0.2;        // to the one speed of a steady way, and down from it [s]
 constexpr double joint_way_error = 1e-5;  // of the ends of a joint way against the poses between which it is [m, rad]
 
 bool same_pose(const Pose& a, const Pose& b) noexcept {
   return (a.translation() - b.translation()).norm() < joint_way_error &&
          log_rotation(a.linear().transpose() * b.linear()).norm() < joint_way_error;
+}
+
+/// Share of a way that is gone at one speed but for smooth ends: of its speed, in times of getting up to it.
+double steady_share(double time, double duration) noexcept {
+  const auto gone = [](double part) { return part * part * part * (1.0 - 0.5 * part); };
+  const double whole = duration / getting_up - 1.0, begun = time / getting_up, left = (duration - time) / getting_up;
+  if (begun < 1.0) return gone(begun) / whole;
+  return left < 1.0 ? 1.0 - gone(left) / whole : (begun - 0.5) / whole;
 }
 
 }  // namespace
@@ -27,6 +36,8 @@ void PathLimits::validate() const {
           "turning_acceleration must lie between 0 and 10000 rad/s^2");
   require(scan_speed > 0 && scan_speed <= speed, "scan_speed must lie between 0 and speed [m/s]");
   require(contact_speed > 0 && contact_speed <= speed, "contact_speed must lie between 0 and speed [m/s]");
+  require(careful_speed > 0 && careful_speed <= 10, "careful_speed must lie between 0 and 10 m/s");
+  require(obstacle_force > 0 && std::isfinite(obstacle_force), "obstacle_force must be positive [N]");
   require(touch_force > 0 && std::isfinite(touch_force), "touch_force must be positive [N]");
   require(settling >= 0 && settling <= 1, "settling must lie between 0 and 1 s");
 }
@@ -43,7 +54,20 @@ void ToolPath::start(const Pose& T_base_tool) noexcept {
   count_ = at_ = 0;
   time_ = share_ = rate_ = 0.0;
   complete_ = true;
-  touched_ = braking_ = false;
+  touched_ = obstructed_ = braking_ = false;
+}
+
+double ToolPath::speed_of(Way way) const noexcept {
+  switch (way) {
+    case Way::Free:
+      return limits_.speed;
+    case Way::Careful:
+      return std::min(limits_.careful_speed, limits_.speed);
+    case Way::Scan:
+      return limits_.scan_speed;
+    default:
+      return limits_.contact_speed;
+  }
 }
 
 void ToolPath::add(const Pose& T_base_tool, Way way) noexcept {
@@ -59,12 +83,15 @@ void ToolPath::add(const Pose& T_base_tool, Way way) noexcept {
   const Eigen::AngleAxisd turn(s.from.linear().transpose() * s.to.linear());
   s.turn = turn.angle() * turn.axis();
   const double length = (s.to.translation() - s.from.translation()).norm(), angle = std::abs(turn.angle());
-  const double speed = way == Way::Free ? limits_.speed : way == Way::Scan ? limits_.scan_speed : limits_.contact_speed;
+  const double speed = speed_of(way);
   constexpr robot::QuinticProfile peak = robot::quintic_profile_peak;
   const double time = std::max({peak.v * length / speed, std::sqrt(peak.a * length / limits_.acceleration),
                                 peak.v * angle / limits_.turning_speed,
                                 std::sqrt(peak.a * angle / limits_.turning_acceleration), cycle_});
-  s.duration = std::ceil(time / cycle_) * cycle_;
+  const double at_once = length / speed + getting_up;
+  s.steady = way == Way::Careful && angle == 0.0 && length > speed * getting_up &&
+             1.5 * speed <= limits_.acceleration * getting_up;
+  s.duration = std::ceil((s.steady ? at_once : time) / cycle_) * cycle_;
   s.max_braking = peak.a / (s.duration * s.duration);
   if (length > 0 || angle > 0)
     s.max_braking = std::min(length > 0 ? limits_.acceleration / length : HUGE_VAL,
@@ -105,22 +132,28 @@ void ToolPath::go_to(const Segment& segment, double share) noexcept {
   if (angle > 0) pose_.linear() *= Eigen::AngleAxisd(share * angle, segment.turn / angle).toRotationMatrix();
 }
 
-bool ToolPath::touches(const Segment& segment, const Eigen::Vector3d& force) noexcept {
-  if (segment.way != Way::Guarded) return false;
+/// Whether something is touched that was looked for, or met that should not be there.
+void ToolPath::feel(const Segment& segment, const Eigen::Vector3d& force) noexcept {
+  if (segment.way != Way::Guarded && segment.way != Way::Careful) return;
   if (time_ <= limits_.settling) zero_ = force;
-  const Eigen::Vector3d way = segment.to.translation() - segment.from.translation();
+  const Eigen::Vector3d way = segment.to.translation() - segment.from.translation(), felt = force - zero_;
   const double length = way.norm();
-  return length > 0 && (zero_ - force).dot(way) >= limits_.touch_force * length;
+  if (segment.way == Way::Careful)
+    obstructed_ = obstructed_ || felt.norm() >= limits_.obstacle_force;
+  else
+    touched_ = touched_ || (length > 0 && -felt.dot(way) >= limits_.touch_force * length);
 }
 
 const Pose& ToolPath::step(const Eigen::Vector3d& force) noexcept {
   if (at_ >= count_ || (waiting() && !braking_)) return pose_;
   const Segment& segment = segments_[at_];
-  touched_ = touched_ || touches(segment, force);
-  if (touched_ || braking_) return brake();
+  feel(segment, force);
+  if (touched_ || obstructed_ || braking_) return brake();
   time_ += cycle_;
   const bool arrived = time_ > segment.duration - 0.5 * cycle_;
-  go_to(segment, arrived ? 1.0 : robot::quintic_profile(time_ / segment.duration).x);
+  const double share =
+      segment.steady ? steady_share(time_, segment.duration) : robot::quintic_profile(time_ / segment.duration).x;
+  go_to(segment, arrived ? 1.0 : share);
   if (!arrived) return pose_;
   pose_ = segment.to;
   ++at_;

@@ -51,20 +51,45 @@ Outcome Supervisor::Machine::on_the_way() const noexcept {
   return no_way && path.waiting() ? Outcome::Unreachable : Outcome::None;
 }
 
-/// Over it, down to the approach, and from there slowly.
-void Supervisor::Machine::travel_to(const Pose& T_base_tool, Way last) noexcept {
+/// Along a line over a place, and until it is told what was seen on the way.
+bool Supervisor::Machine::sweep(const ScanLine& line, RequestKind asks, const robot::RobotReading& reading) noexcept {
+  if (sweep_stage == 0) {
+    travel_over(line.T_base_begin);
+    path.add(line.T_base_begin);
+    sweep_stage = 1;
+  }
+  if (!follow(reading)) return false;
+  if (sweep_stage == 1) {
+    if (!line.T_base_end.isApprox(line.T_base_begin)) request = {RequestKind::Sweep, cycle, state.pellet};
+    path.start(commanded);
+    path.add(line.T_base_end, Way::Scan);
+    sweep_stage = 2;
+    return false;
+  }
+  if (sweep_stage == 2) {
+    request = {asks, cycle, state.pellet};
+    sweep_stage = 3;
+  }
+  return answered;
+}
+
+/// Over it, down to the approach, with care where it is not known that nothing else is there, and from there slowly
+/// until it is touched.
+void Supervisor::Machine::travel_to(const Pose& T_base_tool, bool known_clear) noexcept {
   travel_over(T_base_tool);
   const Eigen::Vector3d along = T_base_tool.linear().col(2);
   Pose before = T_base_tool, beyond = T_base_tool;
   before.translation() -= options.places.approach * along;
-  if (last == Way::Guarded) beyond.translation() += options.places.overtravel * along;
-  path.add(before);
-  path.add(beyond, last);
+  beyond.translation() += options.places.overtravel * along;
+  path.add(before, known_clear ? Way::Free : Way::Careful);
+  path.add(beyond, Way::Guarded);
 }
 
-/// A cycle along the path; whether the arm has come to its end, too.
+/// A cycle along the path; whether the arm has come to its end, too. What it meets on the way is for a person to see
+/// to.
 bool Supervisor::Machine::follow(const robot::RobotReading& reading) noexcept {
   commanded = path.step(reading.wrench.head<3>());
+  if (path.obstructed()) latch.trip(StopReason::Obstructed);
   if (!path.standing()) {
     settle_cycles = 0;
     return false;
@@ -77,7 +102,10 @@ bool Supervisor::Machine::follow(const robot::RobotReading& reading) noexcept {
 bool Supervisor::Machine::lost_pellet(const robot::RobotReading& reading) noexcept {
   unheld = reading.status.gripped ? 0 : unheld + 1;
   dropping = dropping || unheld >= convincing;
-  if (dropping) commanded = path.brake();
+  if (dropping) {
+    commanded = path.brake();
+    station_known = false;
+  }
   return dropping;
 }
 

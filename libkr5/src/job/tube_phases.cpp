@@ -21,6 +21,8 @@ StopReason stop_of(force::Reason reason) noexcept {
       return StopReason::SensorSaturated;
     case force::Reason::OutOfReach:
       return StopReason::Unreachable;
+    case force::Reason::Obstructed:
+      return StopReason::Obstructed;
     case force::Reason::TimeOut:
       return StopReason::TimeOut;
     default:
@@ -40,7 +42,7 @@ Outcome Supervisor::Machine::approach(const robot::RobotReading& reading) noexce
     const Pose look = look_pose();
     const bool there = (commanded.translation() - look.translation()).norm() < options.places.near_tube;
     if (!there || near_tube(commanded)) travel_over(look);
-    path.add(look);
+    path.add(look, Way::Careful);
     stage = 1;
   }
   if (!follow(reading)) return on_the_way();
@@ -82,7 +84,8 @@ void Supervisor::Machine::step_insertion(const robot::RobotReading& reading) noe
 /// Why the insertion ended without success.
 Outcome Supervisor::Machine::insertion_end() noexcept {
   const force::Reason reason = insertion.state().reason;
-  if (reason == force::Reason::PegLost) return Outcome::Dropped;
+  if (reason == force::Reason::PegLost)
+    return insertion.state().depth > 0.0 ? Outcome::DroppedInBore : Outcome::Dropped;
   if (const StopReason stop = stop_of(reason); stop != StopReason::None) latch.trip(stop);
   return Outcome::NotInserted;
 }
@@ -118,13 +121,25 @@ bool Supervisor::Machine::release_pellet(const robot::RobotReading& reading) noe
   return true;
 }
 
-/// Whether a pellet that the gripper lost at the tube is in it; false when that cannot be seen.
-bool Supervisor::Machine::look_for_pellet() noexcept {
-  if (!hole.found || !hole.pellets) return false;
-  const bool in = *hole.pellets > state.inserted;
-  state.pellet_state = in ? PelletState::Inserted : PelletState::Dropped;
-  if (in) ++state.inserted;
-  return true;
+/// Whether a pellet that the gripper lost at the tube is in it, once that was seen.
+Outcome Supervisor::Machine::look_for_pellet(const robot::RobotReading& reading) noexcept {
+  if (!options.places.tube_scan) return Outcome::NotSeen;
+  if (!sweep(*options.places.tube_scan, RequestKind::Tube, reading)) return on_the_way();
+  switch (judge_tube(place, state.inserted, options.stack, state.pellet_state == PelletState::MissingInBore)) {
+    case TubeFinding::Unseen:
+      return Outcome::NotSeen;
+    case TubeFinding::Stuck:
+      state.cell_fault = CellFault::Tube;
+      return Outcome::Contradiction;
+    case TubeFinding::OneMore:
+      state.pellet_state = PelletState::Inserted;
+      ++state.inserted;
+      return Outcome::None;
+    case TubeFinding::Same:
+      state.pellet_state = PelletState::Dropped;
+      return Outcome::None;
+  }
+  return Outcome::None;
 }
 
 /// Lets go, leaves, counts.
@@ -139,19 +154,15 @@ Outcome Supervisor::Machine::next(const robot::RobotReading& reading) noexcept {
       set_grip(true);
       return Outcome::NotReleased;
     }
-    state.pellet_state == PelletState::Missing ? travel_over(look_pose()) : lift();
+    lift();
     stage = 2;
   }
-  const bool come = follow(reading), looks = stage == 2 && state.pellet_state == PelletState::Missing;
-  if (looks ? !come : !path.standing()) return on_the_way();  // only a look needs an arm that has settled
-  if (looks) {
-    request = {RequestKind::Hole, cycle, state.pellet};
-    stage = 3;
-  }
-  if (stage == 3) {
-    if (!answered) return Outcome::None;
-    if (!look_for_pellet()) return Outcome::HoleNotFound;
-    stage = 4;
+  if (missing(state.pellet_state)) {
+    const Outcome seen = look_for_pellet(reading);
+    if (seen != Outcome::None || missing(state.pellet_state)) return seen;
+  } else {
+    follow(reading);
+    if (!path.standing()) return on_the_way();
   }
   if (options.pellets > 0 && state.inserted >= options.pellets) return Outcome::AllInserted;
   return next_pick < scan.count ? Outcome::NextPick : Outcome::NextScan;

@@ -195,6 +195,9 @@ std::vector<ArmStop> stops_ahead(const job::WayRequest& asked, const WorkOptions
   const job::JobPlaces& places = options.job.places;
   const bool again = places.T_base_rescan && asked.T_base_to.isApprox(places.over(*places.T_base_rescan));
   if (asked.phase == job::Phase::Scan) return {scan_stop(places, again)};
+  for (const auto& line : {places.station_scan, places.tube_scan})
+    if (line && asked.T_base_to.isApprox(places.over(line->T_base_begin)))
+      return {{asked.T_base_to, {line->T_base_begin, line->T_base_end}, false}};
   std::vector<ArmStop> out;
   const bool pick = asked.phase == job::Phase::Pick, regrip = asked.phase == job::Phase::Regrip;
   if (pick) out.push_back(touched_stop(asked.pick.T_base_grasp, places));

@@ -3,16 +3,26 @@
 
 #include <kr5/vision/render.hpp>
 #include <kr5/work/arm_ways.hpp>
+#include <kr5/work/look_at_places.hpp>
 #include <kr5/work/plan_work.hpp>
 
 namespace kr5::work {
 
-job::ScanResult CellPerception::look_into_bin() {
-  const sim::BinScan scan = cell_.with_cell([](sim::WorkCell& c) { return c.finish_scan(sim::ScanPlace::Bin); });
+picking::Cloud CellPerception::finish_scan(sim::ScanPlace place) {
+  const sim::BinScan scan = cell_.with_cell([place](sim::WorkCell& c) { return c.finish_scan(place); });
   picking::Cloud cloud;
   cloud.points = scan.cloud().transpose();
   cloud.origins = scan.origins().transpose();
-  return plan_work(cloud, cell_.believed(), options_);
+  return cloud;
+}
+
+job::ScanResult CellPerception::look_into_bin() {
+  return plan_work(finish_scan(sim::ScanPlace::Bin), cell_.believed(), options_);
+}
+
+job::PlaceResult CellPerception::look_at(job::RequestKind kind) {
+  if (kind == job::RequestKind::Station) return look_at_stand(finish_scan(sim::ScanPlace::Stand), options_);
+  return look_at_tube(finish_scan(sim::ScanPlace::Tube), cell_.believed(), options_);
 }
 
 job::HoleResult CellPerception::look_for_tube(const Pose& T_base_flange) {
@@ -28,6 +38,7 @@ job::HoleResult CellPerception::look_for_tube(const Pose& T_base_flange) {
 void CellPerception::answer(const LookRequest& asked, JobCycle& to) {
   scan_.reset();
   hole_.reset();
+  place_.reset();
   way_.reset();
   switch (asked.request.kind) {
     case job::RequestKind::None:
@@ -38,6 +49,12 @@ void CellPerception::answer(const LookRequest& asked, JobCycle& to) {
       scan_ = look_into_bin();
       scan_->stamp = asked.request.stamp;
       to.deliver(*scan_);
+      return;
+    case job::RequestKind::Station:
+    case job::RequestKind::Tube:
+      place_ = look_at(asked.request.kind);
+      place_->stamp = asked.request.stamp;
+      to.deliver(*place_);
       return;
     case job::RequestKind::Hole:
       hole_ = look_for_tube(asked.T_base_flange);

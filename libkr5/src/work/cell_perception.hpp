@@ -4,6 +4,7 @@
 #include <mutex>
 
 #include <kr5/job/perception.hpp>
+#include <kr5/picking/cloud.hpp>
 #include <kr5/work/job_cycle.hpp>
 #include <kr5/work/work_options.hpp>
 
@@ -48,10 +49,13 @@ class CellPerception {
   /// What was delivered last, for the last request.
   const job::ScanResult* scan() const noexcept { return scan_ ? &*scan_ : nullptr; }
   const job::HoleResult* hole() const noexcept { return hole_ ? &*hole_ : nullptr; }
+  const job::PlaceResult* place() const noexcept { return place_ ? &*place_ : nullptr; }
   const job::WayResult* way() const noexcept { return way_ ? &*way_ : nullptr; }
 
  private:
   job::ScanResult look_into_bin();
+  picking::Cloud finish_scan(sim::ScanPlace place);
+  job::PlaceResult look_at(job::RequestKind kind);
   job::HoleResult look_for_tube(const Pose& T_base_flange);
 
   SharedCell& cell_;
@@ -59,6 +63,7 @@ class CellPerception {
   int pictures_ = 0;
   std::optional<job::ScanResult> scan_;
   std::optional<job::HoleResult> hole_;
+  std::optional<job::PlaceResult> place_;
   std::optional<job::WayResult> way_;
 };
 

@@ -159,7 +159,7 @@ bool TrialBench::agrees(const job::Journal& journal) const {
   return truth.lost == 0 && truth.in_tube == journal.belief().inserted;
 }
 
-/// The arm must stand; a person looks, releases the stop, and the job must come to its end.
+/// The arm must stand; a person releases the stop, and the job must come to its end.
 void TrialBench::judge_stop(LockstepJob& job, job::Journal& journal, ForceWatch& force, FaultRow& row) {
   ++row.stopped;
   for (int k = 0; k < rest_cycles; ++k) job.step(), force.step(cell_);
@@ -167,8 +167,7 @@ void TrialBench::judge_stop(LockstepJob& job, job::Journal& journal, ForceWatch&
   for (int k = 0; k < rest_cycles; ++k) job.step(), force.step(cell_);
   row.moving += (cell_.truth().T_base_tool.translation() - before).norm() > at_rest;
   journal.release("a person");
-  const JobTruth truth = judge_job(cell_);
-  LockstepJob again(cell_, options_, linked_, journal, {.station = truth.on_stand > 0, .tube = truth.in_tube});
+  LockstepJob again(cell_, options_, linked_, journal);
   if (again.runs()) again.run();
   row.resumed += again.decision().status == job::RestartStatus::Finished ||
                  (again.runs() && again.state().phase == job::Phase::Done);

@@ -23,6 +23,7 @@ struct JobCycle::Shared {
   WorkController controller;
   HandoverSlot<job::ScanResult> scan;
   HandoverSlot<job::HoleResult> hole;
+  HandoverSlot<job::PlaceResult> place;
   HandoverSlot<job::WayResult> way;
   HandoverSlot<LookRequest> request;
   HandoverRing<CycleRow> rows;
@@ -34,18 +35,16 @@ struct JobCycle::Shared {
 };
 
 void JobCycle::Shared::take_results() noexcept {
-  if (const job::ScanResult* result = scan.look()) {
+  const auto take = [this](auto& slot) {
+    const auto* result = slot.look();
+    if (!result) return;
     controller.supervisor().deliver(*result);
-    scan.take();
-  }
-  if (const job::HoleResult* result = hole.look()) {
-    controller.supervisor().deliver(*result);
-    hole.take();
-  }
-  if (const job::WayResult* result = way.look()) {
-    controller.supervisor().deliver(*result);
-    way.take();
-  }
+    slot.take();
+  };
+  take(scan);
+  take(hole);
+  take(place);
+  take(way);
 }
 
 void JobCycle::Shared::ask(const robot::RobotReading& reading) noexcept {
@@ -85,6 +84,7 @@ std::optional<LookRequest> JobCycle::take_request() noexcept {
 
 bool JobCycle::deliver(const job::ScanResult& result) noexcept { return shared_->scan.put(result); }
 bool JobCycle::deliver(const job::HoleResult& result) noexcept { return shared_->hole.put(result); }
+bool JobCycle::deliver(const job::PlaceResult& result) noexcept { return shared_->place.put(result); }
 bool JobCycle::deliver(const job::WayResult& result) noexcept { return shared_->way.put(result); }
 
 void JobCycle::take_rows(const std::function<void(const CycleRow& row)>& use) {

@@ -22,8 +22,7 @@ bool JobProgram::begin(const WorkOptions& options, job::RestartMeasurements seen
   seen.reading = cell.read();
   service.begin(seen.reading);
   decision = job::decide_restart(journal.belief(), seen, restart_options(options));
-  if (decision.status == job::RestartStatus::Fresh || decision.status == job::RestartStatus::Continue)
-    cycle.emplace(options, decision, cell.believed(), ring);
+  if (job::goes_on(decision.status)) cycle.emplace(options, decision, cell.believed(), ring);
   return cycle.has_value();
 }
 

@@ -62,7 +62,7 @@ void LockstepJob::Program::exchange(std::string_view telegram) {
   if (!answer.empty()) answers.pass(answer, time);
   service.serve(*cycle);
   const CellPerception& seen = service.perception();
-  if (observe) observe({telegram, answer, seen.scan(), seen.hole(), seen.way()});
+  if (observe) observe({telegram, answer, seen.scan(), seen.hole(), seen.place(), seen.way()});
   write();
 }
 

@@ -19,6 +19,8 @@ using Eigen::Vector3d;
 
 constexpr double seat_distance = 0.05;   // of the two seats on the stand [m]
 constexpr double scan_margin = 0.05;     // of the scan beyond the walls of the bin [m]
+constexpr double stand_reach = 0.05;     // of a scan of the stand from its middle to either side [m]
+constexpr double tube_reach = 0.025;     // the same of the tube [m]
 constexpr double look_height = 0.09;     // from which the camera beside the tool has the tube in view [m]
 constexpr double travel_margin = 0.02;   // of travel, with the tallest pellet, above what stands in the cell [m]
 constexpr double approach_speed = 0.12;  // to the face of a tube that was seen [m/s]
@@ -48,6 +50,23 @@ void set_scan(job::JobPlaces& places, const sim::WorkCell& cell) {
   places.T_base_rescan_end = end;
 }
 
+/// A pass over the middle of a place along the Y of the scanner, turned as the arm reaches both ends; none: it does
+/// not.
+std::optional<job::ScanLine> place_scan(const sim::WorkCell& cell, const Pose& T_base_place, double reach) {
+  const sim::BinScannerOptions& scanner = cell.options().scanner;
+  const Pose T_scanner_tool = scanner.T_flange_scanner.inverse() * cell.believed().tool->T_flange_tool;
+  const Reach arm(cell.believed());
+  for (const double turn : {0.0, scan_turn, 0.5 * std::numbers::pi, -0.5 * std::numbers::pi}) {
+    const auto tool_at = [&](double y) {
+      return Pose(T_base_place * upside_down({0.0, 0.0, scanner.stand_off}) *
+                  Eigen::AngleAxisd(turn, Vector3d::UnitZ()) * Translation3d(0.0, y, 0.0) * T_scanner_tool);
+    };
+    const job::ScanLine out{tool_at(-reach), tool_at(reach)};
+    if (arm.of(out.T_base_begin) && arm.of(out.T_base_end)) return out;
+  }
+  return std::nullopt;
+}
+
 /// Where the longest pellet passes over bin, stand and tubes, and the camera has the tube in view.
 double travel_height(const sim::WorkCell& cell, double grip_height) {
   const sim::WorkCellOptions& o = cell.options();
@@ -63,6 +82,11 @@ job::JobOptions job_options(const sim::WorkCell& cell, double grip_height) {
   out.cycle = cell.cycle();
   set_scan(out.places, cell);
   out.places.T_base_tube = believed.tube->T_base_tube;
+  out.places.station_scan = place_scan(cell, cell.options().stand.T_base_stand, stand_reach);
+  out.places.tube_scan = place_scan(cell, believed.tube->T_base_tube, tube_reach);
+  out.stack.depth = believed.tube->depth;
+  out.stack.min_height = cell.options().pour.height_min;
+  out.stack.max_height = cell.options().pour.height_max;
   out.places.T_tool_peg = upside_down({0.0, 0.0, grip_height});
   out.places.look_height = look_height;
   out.places.travel_height = travel_height(cell, grip_height);
@@ -131,7 +155,11 @@ WorkOptions work_options(const sim::WorkCell& cell) {
 }
 
 job::RestartOptions restart_options(const WorkOptions& options) {
-  return {.T_base_tube = options.job.places.T_base_tube, .T_tool_peg = options.job.places.T_tool_peg};
+  const job::JobPlaces& places = options.job.places;
+  return {.T_base_tube = places.T_base_tube,
+          .T_tool_peg = places.T_tool_peg,
+          .sees_station = places.station_scan.has_value(),
+          .sees_tube = places.tube_scan.has_value()};
 }
 
 }  // namespace kr5::work

@@ -54,7 +54,7 @@ def ending_text(done: "kr5.work.JobRun", pellets: int, file: Path | None) -> str
     decision, statistics = done.decision, done.statistics
     if decision.status == job.RestartStatus.Finished:
         return f"The job is done: {decision.inserted} inserted."
-    if decision.status not in (job.RestartStatus.Fresh, job.RestartStatus.Continue):
+    if not job.goes_on(decision.status):
         return refusal_text(decision, file)
     text = f"{statistics.inserted} of {pellets} pellets inserted in {statistics.time:.1f} s"
     if (mean := mean_time(statistics)) is not None:

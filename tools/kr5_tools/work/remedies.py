@@ -16,6 +16,7 @@ STOPS = {
     "lost_link": "check the link to the controller",
     "operator": "a person stopped it",
     "journal": "check that the disk has room, and that the journal can be written",
+    "obstructed": "take away what the tool met, and look whether stand and tube stand where the cell says",
     "unreachable": "move bin, stand or tube nearer to the arm",
     "robot": "read on the controller why the robot stands",
     "cell_fault": "make the cell as it is believed: gripper, load, joints, workspace",
@@ -32,6 +33,11 @@ CELL_FAULTS = {
     "workspace": "the tool is outside the workspace; move the arm back into it",
     "loaded": "something pushes the tool; free it, and check the weight of the tool in the cell",
     "grip": "the gripper holds something, or nothing, otherwise than the journal says",
+    "station": "a pellet is on the stand that should not be; take it away",
+    "tube": (
+        "a pellet stands out of the tube or is stuck in it, or more are in it than can be; take it out, or push it in"
+        " and count with --in-tube N"
+    ),
 }
 
 FINDINGS = {
@@ -39,6 +45,7 @@ FINDINGS = {
     "grip_unexpected": "the gripper holds something that the journal does not know; take it out",
     "station_occupied": "a pellet is on the stand that should not be; take it away",
     "tube_count": "the tube holds another number of pellets than can be; count again",
+    "tube_stuck": "a pellet stands out of the tube or is stuck in it; take it out, or push it in",
     "station_unseen": "look whether a pellet is on the stand, and say it with --stand full or --stand empty",
     "tube_unseen": "count the pellets in the tube, and say it with --in-tube N",
 }

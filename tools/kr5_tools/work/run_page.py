@@ -40,6 +40,7 @@ SIGNALS = {
 }
 COLOURS = {
     "check_cell": "#999999",
+    "look": "#3A86B7",
     "scan": "#56B4E9",
     "pick": "#E69F00",
     "stand": "#009E73",

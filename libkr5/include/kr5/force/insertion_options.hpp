@@ -112,8 +112,8 @@ struct InsertionMotion {
     visit("height", self.height,
           "Height of the lowest point of the rim above the face at the end of the fast approach [m].");
     visit("clear_height", self.clear_height,
-          "Height above the face from which on nothing can be in the way; below it the approach is no faster than the "
-          "arm can be stopped [m].");
+          "Height above the face of a known hole from which on nothing can be in the way; below it, and over a tube "
+          "that no peg went into yet, the approach is no faster than the arm can be stopped [m].");
     visit("approach_speed", self.approach_speed, "Speed of the approach [m/s].");
     visit("contact_speed", self.contact_speed, "Speed of every guarded move [m/s].");
     visit("roll_time", self.roll_time, "Duration of the turn [s].");

@@ -42,7 +42,7 @@ struct JobBelief {
 
   static void each_field(auto& self, auto&& visit) {
     visit("begun", self.begun, "Whether there is any record.");
-    visit("phase", self.phase, "Phase that began last, but for a stop.");
+    visit("phase", self.phase, "Phase that began last, but for stops and looks.");
     visit("pellet", self.pellet, "Number of the pellet in work; 0: none.");
     visit("pellets", self.pellets, "Every pellet that was tried.");
     visit("inserted", self.inserted, "Number of pellets in the tube.");

@@ -9,14 +9,27 @@
 #include <kr5/job/phase_table.hpp>
 #include <kr5/job/stop_latch.hpp>
 #include <kr5/job/tool_path.hpp>
+#include <kr5/job/tube_stack.hpp>
 
 namespace kr5::job {
+
+/// A way of the tool over a place, along which a scanner is moved.
+struct ScanLine {
+  Pose T_base_begin = Pose::Identity();
+  Pose T_base_end = Pose::Identity();
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("T_base_begin", self.T_base_begin, "Tool where it begins [m].");
+    visit("T_base_end", self.T_base_end, "Tool where it ends [m].");
+  }
+};
 
 /// Where things are, and how the arm goes from one to the other.
 struct JobPlaces {
   Pose T_base_scan = Pose::Identity();
   Pose T_base_scan_end = Pose::Identity();
   std::optional<Pose> T_base_rescan, T_base_rescan_end;  ///< [m]
+  std::optional<ScanLine> station_scan, tube_scan;
   Pose T_base_tube = Pose::Identity();
   Pose T_tool_peg = Pose::Identity();
   double travel_height = 0.2;  ///< [m]
@@ -39,6 +52,9 @@ struct JobPlaces {
           "Tool where another scan begins, after one that shows nothing to pick: from where that is seen which was "
           "hidden; empty: as the first [m].");
     visit("T_base_rescan_end", self.T_base_rescan_end, "Tool where that scan ends [m].");
+    visit("station_scan", self.station_scan,
+          "Way over the station, to see whether a pellet is there; empty: a person must say it.");
+    visit("tube_scan", self.tube_scan, "Way over the tube, to see what is in it; empty: a person must say it.");
     visit("T_base_tube", self.T_base_tube, "Tube, as it is believed before it is looked for [m].");
     visit("T_tool_peg", self.T_tool_peg,
           "Pellet in the tool once it is regripped: bottom centre, Z along its axis [m].");
@@ -56,6 +72,7 @@ struct JobOptions {
   int pellets = 0;
   double cycle = robot::usual_cycle;  ///< [s]
   JobPlaces places;
+  TubeStack stack;
   PathLimits motion;
   std::optional<robot::SensorModel> arm;
   StopLimits stop;
@@ -79,6 +96,7 @@ struct JobOptions {
     visit("pellets", self.pellets, "Number of pellets to insert; 0: until the bin is empty.");
     visit("cycle", self.cycle, "Time between two readings [s].");
     visit("places", self.places, "Where things are.");
+    visit("stack", self.stack, "Pellets in the tube.");
     visit("motion", self.motion, "Limits of motion.");
     visit("arm", self.arm,
           "Arm whose ways from place to place are planned in its joints, as they are asked for; empty: the tool goes "

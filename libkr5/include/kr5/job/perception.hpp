@@ -19,14 +19,22 @@ namespace kr5::job {
 
 enum class RequestKind {
   None,
-  Sweep,  ///< Profiles of the bin are to be taken from now on, while the arm moves over it; nothing is answered.
-  Scan,   ///< What can be picked from the bin; the arm stands where its way over it ends.
-  Hole,   ///< Where the tube is; the arm stands over where it is believed.
-  Way,    ///< How the joints go from place to place; the arm lifts off meanwhile, and then stands.
+  Sweep,    ///< Profiles are to be taken from now on, while the arm moves over a place; nothing is answered.
+  Scan,     ///< What can be picked from the bin; the arm stands where its way over it ends.
+  Station,  ///< Whether a pellet is on the station; likewise.
+  Tube,     ///< What is in the tube; likewise.
+  Hole,     ///< Where the tube is; the arm stands over where it is believed.
+  Way,      ///< How the joints go from place to place; the arm lifts off meanwhile, and then stands.
 };
 constexpr auto enum_names(RequestKind) {
   using enum RequestKind;
-  return names<RequestKind>({{None, "none"}, {Sweep, "sweep"}, {Scan, "scan"}, {Hole, "hole"}, {Way, "way"}});
+  return names<RequestKind>({{None, "none"},
+                             {Sweep, "sweep"},
+                             {Scan, "scan"},
+                             {Station, "station"},
+                             {Tube, "tube"},
+                             {Hole, "hole"},
+                             {Way, "way"}});
 }
 
 /// A pellet is put on the station and taken up again in another way.
@@ -85,7 +93,7 @@ struct PerceptionRequest {
   WayRequest way = {};
 
   static void each_field(auto& self, auto&& visit) {
-    visit("kind", self.kind, "What is asked for: none | sweep | scan | hole | way.");
+    visit("kind", self.kind, "What is asked for: none | sweep | scan | station | tube | hole | way.");
     visit("stamp", self.stamp, "Cycle in which it was asked.");
     visit("pellet", self.pellet, "Number of the pellet it is for; 0: none.");
     visit("way", self.way, "Way that is asked for.");
@@ -112,14 +120,28 @@ struct HoleResult {
   bool found = false;
   Pose T_base_tube = Pose::Identity();
   double position_std = 0.0;  ///< [m]
-  std::optional<int> pellets;
 
   static void each_field(auto& self, auto&& visit) {
     visit("stamp", self.stamp, "Stamp of the request.");
     visit("found", self.found, "Whether the tube was seen.");
     visit("T_base_tube", self.T_base_tube, "Tube: centre of its top face, Z out of it [m].");
     visit("position_std", self.position_std, "Standard deviation of its centre, per axis [m].");
-    visit("pellets", self.pellets, "Number of pellets in it; empty: not seen.");
+  }
+};
+
+/// What was seen at a place where a pellet may be: at the station, or at the tube.
+struct PlaceResult {
+  std::int64_t stamp = 0;
+  bool seen = false;
+  bool occupied = false;
+  std::optional<double> depth;  ///< [m]
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("stamp", self.stamp, "Stamp of the request.");
+    visit("seen", self.seen, "Whether the place was seen.");
+    visit("occupied", self.occupied, "Whether a pellet is on the station, or stands out of the tube.");
+    visit("depth", self.depth,
+          "Of a tube: depth below its face of what is uppermost in the bore; empty: deeper than can be seen [m].");
   }
 };
 

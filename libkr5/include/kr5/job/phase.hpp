@@ -10,6 +10,7 @@ namespace kr5::job {
 
 enum class Phase {
   CheckCell,  ///< Whether the cell is as it is believed, with the arm standing.
+  Look,       ///< At the places where a job that was interrupted may have left its pellet.
   Scan,       ///< Over the bin, until a scan tells what can be picked.
   Pick,       ///< A pellet of the bin, until the gripper holds it.
   Stand,      ///< Out of the bin and onto the station, until it stands there alone.
@@ -21,10 +22,11 @@ enum class Phase {
   Stopped,    ///< Held, until a person has released the stop.
   Done,
 };
-constexpr int phase_count = 11;
+constexpr int phase_count = 12;
 constexpr auto enum_names(Phase) {
   using enum Phase;
   return names<Phase>({{CheckCell, "check_cell"},
+                       {Look, "look"},
                        {Scan, "scan"},
                        {Pick, "pick"},
                        {Stand, "stand"},
@@ -43,6 +45,8 @@ enum class Outcome {
   CellReady,
   Resumed,  ///< The cell is ready, and a job that was interrupted goes on where it was.
   CellFault,
+  NotSeen,        ///< A look has not shown the place.
+  Contradiction,  ///< What is seen cannot be: a person must look.
   PicksFound,
   NothingGraspable,
   BinEmpty,
@@ -52,7 +56,8 @@ enum class Outcome {
   NoPickLeft,  ///< Every pick of the scan has been tried.
   Stood,
   NotReleased,
-  Dropped,  ///< The gripper lost what it held.
+  Dropped,        ///< The gripper lost what it held.
+  DroppedInBore,  ///< The same in the mouth of the tube.
   HoleFound,
   HoleMoved,  ///< It is not where the arm went; nearer, the next look tells more.
   HoleNotFound,
@@ -72,6 +77,8 @@ constexpr auto enum_names(Outcome) {
                          {CellReady, "cell_ready"},
                          {Resumed, "resumed"},
                          {CellFault, "cell_fault"},
+                         {NotSeen, "not_seen"},
+                         {Contradiction, "contradiction"},
                          {PicksFound, "picks_found"},
                          {NothingGraspable, "nothing_graspable"},
                          {BinEmpty, "bin_empty"},
@@ -82,6 +89,7 @@ constexpr auto enum_names(Outcome) {
                          {Stood, "stood"},
                          {NotReleased, "not_released"},
                          {Dropped, "dropped"},
+                         {DroppedInBore, "dropped_in_bore"},
                          {HoleFound, "hole_found"},
                          {HoleMoved, "hole_moved"},
                          {HoleNotFound, "hole_not_found"},
@@ -98,15 +106,16 @@ constexpr auto enum_names(Outcome) {
 
 /// Where a pellet of the job is.
 enum class PelletState {
-  Waiting,    ///< In the bin.
-  Picked,     ///< In the gripper, on its way to the station.
-  Stood,      ///< On the station.
-  Regripped,  ///< In the gripper, as it goes into the tube.
-  Seated,     ///< At its depth in the tube, still held.
-  Missing,    ///< Lost from the grip at the tube; whether it is in, is to be seen.
-  Inserted,   ///< In the tube, let go.
-  Dropped,    ///< Lost from the grip between bin and tube.
-  Lost,       ///< Not where it was put.
+  Waiting,        ///< In the bin.
+  Picked,         ///< In the gripper, on its way to the station.
+  Stood,          ///< On the station.
+  Regripped,      ///< In the gripper, as it goes into the tube.
+  Seated,         ///< At its depth in the tube, still held.
+  Missing,        ///< Lost from the grip at the tube; whether it is in, is to be seen.
+  MissingInBore,  ///< The same in the mouth of the bore.
+  Inserted,       ///< In the tube, let go.
+  Dropped,        ///< Lost from the grip between bin and tube.
+  Lost,           ///< Not where it was put.
 };
 constexpr auto enum_names(PelletState) {
   using enum PelletState;
@@ -116,6 +125,7 @@ constexpr auto enum_names(PelletState) {
                              {Regripped, "regripped"},
                              {Seated, "seated"},
                              {Missing, "missing"},
+                             {MissingInBore, "missing_in_bore"},
                              {Inserted, "inserted"},
                              {Dropped, "dropped"},
                              {Lost, "lost"}});
@@ -123,5 +133,9 @@ constexpr auto enum_names(PelletState) {
 
 /// Whether nothing more is done with a pellet.
 constexpr bool finished(PelletState state) noexcept { return state >= PelletState::Inserted; }
+/// Whether a look must tell where it is.
+constexpr bool missing(PelletState state) noexcept {
+  return state == PelletState::Missing || state == PelletState::MissingInBore;
+}
 
 }  // namespace kr5::job

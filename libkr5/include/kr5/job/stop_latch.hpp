@@ -27,6 +27,7 @@ enum class StopReason {
   LostLink,
   Operator,
   Journal,      ///< What happens cannot be written down.
+  Obstructed,   ///< Something was met where nothing should be.
   Unreachable,  ///< The arm cannot go where it is sent.
   Robot,        ///< The robot stands by itself.
   CellFault,    ///< The cell is not as it is believed.
@@ -46,6 +47,7 @@ constexpr auto enum_names(StopReason) {
                             {LostLink, "lost_link"},
                             {Operator, "operator"},
                             {Journal, "journal"},
+                            {Obstructed, "obstructed"},
                             {Unreachable, "unreachable"},
                             {Robot, "robot"},
                             {CellFault, "cell_fault"},

@@ -26,6 +26,8 @@ enum class CellFault {
   Workspace,  ///< The tool is outside the workspace.
   Loaded,     ///< Something pushes the tool.
   Grip,       ///< The gripper holds something, or nothing, otherwise than believed.
+  Station,    ///< A pellet is on the station that should not be.
+  Tube,       ///< A pellet stands out of the tube or is stuck in it, or their number cannot be.
 };
 constexpr auto enum_names(CellFault) {
   using enum CellFault;
@@ -35,7 +37,9 @@ constexpr auto enum_names(CellFault) {
                            {Pose, "pose"},
                            {Workspace, "workspace"},
                            {Loaded, "loaded"},
-                           {Grip, "grip"}});
+                           {Grip, "grip"},
+                           {Station, "station"},
+                           {Tube, "tube"}});
 }
 
 struct JobState {
@@ -62,7 +66,7 @@ struct JobState {
     visit("inserted", self.inserted, "Number of pellets in the tube.");
     visit("stop", self.stop, "Reason of the stop.");
     visit("stopped_in", self.stopped_in, "Phase in which it arose.");
-    visit("cell_fault", self.cell_fault, "What the check of the cell found.");
+    visit("cell_fault", self.cell_fault, "What is not as it is believed, where that stopped the job.");
   }
 };
 
@@ -84,6 +88,7 @@ class Supervisor {
   /// What was seen or planned; false for what was not asked for, or no longer.
   bool deliver(const ScanResult& result) noexcept;
   bool deliver(const HoleResult& result) noexcept;
+  bool deliver(const PlaceResult& result) noexcept;
   bool deliver(const WayResult& result) noexcept;
   void stop_by_operator() noexcept;
   void note_lost_link() noexcept;

@@ -22,6 +22,8 @@ struct PathLimits {
   double turning_acceleration = 10.0;  ///< [rad/s^2]
   double scan_speed = 0.06;            ///< [m/s]
   double contact_speed = 0.02;         ///< [m/s]
+  double careful_speed = 0.08;         ///< [m/s]
+  double obstacle_force = 8.0;         ///< [N]
   double touch_force = 3.0;            ///< [N]
   double settling = 0.06;              ///< [s]
 
@@ -35,6 +37,10 @@ struct PathLimits {
     visit("turning_acceleration", self.turning_acceleration, "Maximum angular acceleration of the tool [rad/s^2].");
     visit("scan_speed", self.scan_speed, "Maximum speed over the bin while it is scanned [m/s].");
     visit("contact_speed", self.contact_speed, "Maximum speed where something may be touched [m/s].");
+    visit("careful_speed", self.careful_speed,
+          "Maximum speed where something may stand that is not known, at which the arm can still be stopped before a "
+          "force comes to its limit; no more than `speed` [m/s].");
+    visit("obstacle_force", self.obstacle_force, "Force during such a motion that ends it [N].");
     visit("touch_force", self.touch_force, "Force against such a motion that ends it [N].");
     visit(
         "settling", self.settling,
@@ -46,13 +52,14 @@ struct PathLimits {
 enum class Way {
   Free,     ///< As fast as the limits allow.
   Slow,     ///< At the speed of contact.
+  Careful,  ///< At the careful speed, steadily, until something is met that should not be there.
   Scan,     ///< At the speed of a scan.
   Guarded,  ///< At the speed of contact, until something is touched.
   Joint,    ///< As the joints of the arm go; the tool stands before it until their way is known.
 };
 
 /// Straight from pose to pose, or along a way of the joints; speed and acceleration are zero at each pose. A guarded
-/// way ends early when something is touched.
+/// way ends early when something is touched, a careful one when something is met.
 class ToolPath {
  public:
   static constexpr std::size_t capacity = 8;
@@ -79,6 +86,8 @@ class ToolPath {
   /// Whether it stands: at its end, or where it touched, or when it has braked.
   bool standing() const noexcept { return at_ >= count_ && rate_ == 0.0; }
   bool touched() const noexcept { return touched_; }
+  /// Whether something was met on a careful way.
+  bool obstructed() const noexcept { return obstructed_; }
   const Pose& pose() const noexcept { return pose_; }
   /// Where it goes in the end.
   const Pose& end() const noexcept { return count_ > 0 ? segments_[count_ - 1].to : pose_; }
@@ -90,12 +99,14 @@ class ToolPath {
     double duration = 0.0;                           ///< [s]
     double max_braking = 0.0;                        ///< Of the share [1/s^2].
     Way way = Way::Free;
+    bool steady = false;  ///< At one speed between its ends.
     JointWay joints;
     bool known = false;  ///< The way of the joints.
   };
   Pose tool_at(const robot::JointVector& joints) const noexcept;
+  double speed_of(Way way) const noexcept;
   void go_to(const Segment& segment, double share) noexcept;
-  bool touches(const Segment& segment, const Eigen::Vector3d& force) noexcept;
+  void feel(const Segment& segment, const Eigen::Vector3d& force) noexcept;
 
   PathLimits limits_;
   double cycle_;
@@ -107,7 +118,7 @@ class ToolPath {
   double share_ = 0.0;                              ///< Of this way that is gone.
   double rate_ = 0.0;                               ///< Of its change [1/s].
   Eigen::Vector3d zero_ = Eigen::Vector3d::Zero();  ///< Force when this way began [N].
-  bool complete_ = true, touched_ = false, braking_ = false;
+  bool complete_ = true, touched_ = false, obstructed_ = false, braking_ = false;
 };
 
 }  // namespace kr5::job

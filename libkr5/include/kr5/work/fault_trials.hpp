@@ -83,7 +83,7 @@ struct FaultRow {
 using TrialProgress = std::function<void(double share)>;
 
 /// Injects each fault at random instants of an insertion through a link in lock step; what was stopped is released by
-/// a person, who tells what is on the stand and in the tube, and goes on.
+/// a person, and goes on.
 /// @param folder For the journals. @throws InvalidArgument, also for a cell whose pellet does not come to the tube
 /// without faults; IoError when a journal cannot be written.
 std::vector<FaultRow> run_fault_trials(const cell::Cell& cell, const sim::WorkCellOptions& bin,

@@ -50,6 +50,7 @@ class JobCycle {
   /// False while the last result of this kind has not been taken.
   bool deliver(const job::ScanResult& result) noexcept;
   bool deliver(const job::HoleResult& result) noexcept;
+  bool deliver(const job::PlaceResult& result) noexcept;
   bool deliver(const job::WayResult& result) noexcept;
   /// Rows since the last call, the oldest first.
   void take_rows(const std::function<void(const CycleRow& row)>& use);

@@ -26,10 +26,11 @@ struct LinkedRun {
 
 /// An exchange of a link in lock step. The bytes are good during the call.
 struct LockstepExchange {
-  std::string_view telegram, answer;      ///< No answer: there is none.
-  const job::ScanResult* scan = nullptr;  ///< Delivered after it.
-  const job::HoleResult* hole = nullptr;  ///< The same.
-  const job::WayResult* way = nullptr;    ///< The same.
+  std::string_view telegram, answer;        ///< No answer: there is none.
+  const job::ScanResult* scan = nullptr;    ///< Delivered after it.
+  const job::HoleResult* hole = nullptr;    ///< The same.
+  const job::PlaceResult* place = nullptr;  ///< The same.
+  const job::WayResult* way = nullptr;      ///< The same.
 };
 
 /// A job through a link without sockets and clocks: a controller and the computer's end in turns, as fast as both can.

@@ -79,9 +79,10 @@ void Insertion::Machine::tare() noexcept {
   enter_phase(Phase::Approach);
 }
 
-/// Fast where nothing can be in the way, else no faster than the arm can be stopped.
+/// Fast where nothing can be in the way, since a peg went in there before; else no faster than the arm can be stopped.
 double Insertion::Machine::approach_speed() const noexcept {
   const InsertionMotion& m = options.motion;
+  if (!known) return careful;
   const double clear = std::max(path.p.z() - face - m.clear_height, 0.0);
   return std::min(m.approach_speed, std::sqrt(careful * careful + 1.2 * m.acceleration * clear));
 }

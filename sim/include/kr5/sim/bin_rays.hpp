@@ -6,6 +6,7 @@
 
 #include <Eigen/Geometry>
 
+#include <kr5/geometry/solid.hpp>
 #include <kr5/sim/pellet_bin.hpp>
 
 namespace kr5::sim {
@@ -19,12 +20,19 @@ struct BinHit {
   int surface = BinNothing;                                   ///< Number of a pellet, or a BinSurface.
 };
 
+/// Something else that stands in a bin, or beside it.
+struct SolidInBin {
+  Solid solid;
+  Pose T_bin_solid = Pose::Identity();
+};
+
 /// Rays among the pellets and walls of a bin: exact on sides and end faces of the pellets and on walls and floor, found
 /// by a tree of boxes. Walls are boxes outside the inner size; the floor reaches below them. All in the frame of the
 /// bin.
 class BinRays {
  public:
-  explicit BinRays(const PelletScene& scene);
+  /// @param solids Other things in the bin; what a ray meets of them counts as wall.
+  explicit BinRays(const PelletScene& scene, std::vector<SolidInBin> solids = {});
 
   /// First hit. @param direction Of length 1.
   BinHit first_hit(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const;
@@ -52,11 +60,13 @@ class BinRays {
   void each_pellet_near(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, const double& within,
                         auto&& visit) const;
   BinHit meet(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, int pellet) const;
+  void meet_solids(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, BinHit& best) const;
 
   std::vector<Round> pellets_;
   std::vector<int> order_;
   std::vector<Node> nodes_;
   std::vector<Block> blocks_;
+  std::vector<SolidInBin> solids_;
 };
 
 /// Share of each pellet that is seen from above: the area of its projection along Z of the bin that no other pellet

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 
 #include <kr5/core/fields.hpp>
+#include <kr5/sim/bin_rays.hpp>
 #include <kr5/sim/pellet_bin.hpp>
 
 /// @file
@@ -95,6 +96,8 @@ ScanPath scan_path(const BinShape& bin, const BinScannerOptions& scanner = {});
 /// A profile at each time of a path. A profile with a delay was taken that much earlier, at a pose that is interpolated
 /// on the path; before its beginning, extrapolated.
 /// @throws InvalidArgument naming the field, or for a path whose times do not increase or do not match its poses.
-BinScan scan_bin(const PelletScene& scene, const ScanPath& path, const BinScannerOptions& scanner = {});
+/// @param solids Other things that stand there.
+BinScan scan_bin(const PelletScene& scene, const ScanPath& path, const BinScannerOptions& scanner = {},
+                 const std::vector<SolidInBin>& solids = {});
 
 }  // namespace kr5::sim

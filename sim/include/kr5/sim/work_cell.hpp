@@ -24,9 +24,9 @@
 namespace kr5::sim {
 
 /// Where pellets are looked for.
-enum class ScanPlace { Bin, Stand };
+enum class ScanPlace { Bin, Stand, Tube };
 constexpr auto enum_names(ScanPlace) {
-  return names<ScanPlace>({{ScanPlace::Bin, "bin"}, {ScanPlace::Stand, "stand"}});
+  return names<ScanPlace>({{ScanPlace::Bin, "bin"}, {ScanPlace::Stand, "stand"}, {ScanPlace::Tube, "tube"}});
 }
 
 /// The same commands to a cell of the same options give the same readings, bit by bit.
