@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import kr5
 import numpy as np
 import pytest
+import yaml
 from kr5 import identification
 from kr5.logs.column_list import parse_columns
 from kr5.tables.read_table import read_table
@@ -171,10 +172,57 @@ def timed_case(_):
     )
 
 
+def laser_case(_):
+    from test_laser_command import TARGETS, make_scans, write_profiles
+
+    profiles, T, targets = make_scans()
+    write_profiles(servo_case.folder / "profiles.csv", profiles, targets)
+    names = ["x", "y", "z", "roll", "pitch", "yaw"]
+    return Case(
+        ["calibrate", "laser", "profiles.csv", "FILE", *TARGETS, "--angle-unit", "ANGLE"], names, rpy_rows(T), names[3:]
+    )
+
+
+def kinematics_case(share):
+    import kr5.cell
+
+    chain = kr5.cell.load_cell(share / CELL).nominal_chain()
+    random = np.random.default_rng(1)
+    q = random.uniform(-1.2, 1.2, (60, 6))
+    base = kr5.to_pose([1.0, -0.5, 0.3, 0.2, -0.1, 0.7])
+    places = np.array([(base @ chain.flange(row) @ [0.1, -0.05, 0.15, 1])[:3] for row in q])
+    rows = np.hstack([q, places + random.normal(0, 5e-5, places.shape)])
+    names = [*(f"q{k + 1}" for k in range(6)), "x", "y", "z"]
+    words = ["calibrate", "kinematics", "FILE", "--cell", str(share / CELL), "--angle-unit", "ANGLE"]
+    return Case(words, names, rows, names[:6])
+
+
+def cell_case(share):
+    """The first stops of the demo, the arm held: that its table is read is what is asked."""
+    demo, folder = share / "data/demo", servo_case.folder / "demo"
+    (folder / "images").mkdir(parents=True)
+    stops = sorted((demo / "images").iterdir())[:5]
+    for file in [*stops, demo / "dataset.yaml", demo / "camera.yaml"]:
+        (folder / file.relative_to(demo)).symlink_to(file)
+    (folder / "poses.csv").write_text("".join((demo / "poses.csv").open().readlines()[: 1 + len(stops)]))
+    q = np.array(yaml.safe_load((demo / "truth.yaml").read_text())["joint_angles"])[: len(stops)]
+    names = [f"q{k + 1}" for k in range(6)]
+    words = ["calibrate", "cell", "demo", "--joint-values", "FILE", "--cell", str(share / CELL), "--hold", "arm"]
+    return Case([*words, "--angle-unit", "ANGLE"], names, q, names)
+
+
+def postures_case(share):
+    q = np.random.default_rng(1).uniform(-1.2, 1.2, (80, 6))
+    names = [f"q{k + 1}" for k in range(6)]
+    words = ["calibrate", "postures", "--candidates", "FILE", "--cell", str(share / CELL), "--count", "20"]
+    return Case([*words, "--angle-unit", "ANGLE"], names, q, names)
+
+
 CASES = {
     "servo": servo_case, "contact": contact_case, "force-torque": force_torque_case, "drives": drives_case,
     "elasticity": elasticity_case, "gravity": gravity_case, "axes": axes_case, "tool": tool_case,
     "hand-eye": hand_eye_case, "repeatability": repeatability_case, "timed": timed_case,
+    "laser": laser_case, "kinematics": kinematics_case, "cell": cell_case, "postures": postures_case,
 }  # fmt: skip
 FORMS = ["semicolon", "tab", "headerless", "npz", "degrees"]
 
