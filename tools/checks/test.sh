@@ -109,6 +109,7 @@ run_all_tests() {
   environment=$!
   timed "C++ tests, optimised" test_preset release
   timed "C++ tests under sanitizers" test_preset asan
+  timed "C++ tests of threads under the thread sanitizer" test_preset tsan
   timed "Python package and its tests" test_python
   timed "installation below a prefix" check "command and C++ package of an installation" check_installed
   timed "Python checks" check_python
