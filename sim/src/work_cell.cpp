@@ -103,7 +103,7 @@ void WorkCell::start_scan() {
   now.scan_told.clear();
 }
 
-BinScan WorkCell::finish_scan(ScanPlace place) {
+std::function<BinScan()> WorkCell::end_scan(ScanPlace place) {
   WorkCellRecord& now = world_->now;
   require(std::exchange(now.scanning, false), "scan: none was started");
   require(now.scan_times.size() >= 2, "scan: the arm must move for two cycles at least");
@@ -117,11 +117,13 @@ BinScan WorkCell::finish_scan(ScanPlace place) {
   const PelletScene scene = place == ScanPlace::Bin     ? bin_scene(solids, now.pellets)
                             : place == ScanPlace::Stand ? stand_scene(solids, now.pellets)
                                                         : tube_scene(solids, now.pellets);
-  const bool tubes = place == ScanPlace::Tube;
-  BinScan out =
-      scan_bin(scene, path, scanner, tubes ? tubes_in(scene, world_->real, solids) : std::vector<SolidInBin>());
-  out.T_base_flange = now.scan_told;
-  return out;
+  std::vector<SolidInBin> beside;
+  if (place == ScanPlace::Tube) beside = tubes_in(scene, world_->real, solids);
+  return [scene, path, scanner, beside, told = now.scan_told] {
+    BinScan out = scan_bin(scene, path, scanner, beside);
+    out.T_base_flange = told;
+    return out;
+  };
 }
 
 Profile WorkCell::profile() {

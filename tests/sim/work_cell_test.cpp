@@ -556,7 +556,9 @@ TEST_CASE("a scan over the real motion shows the pellets where they are") {
   driver.start(down_at(bin + Vector3d(0, -0.12, 0.15)));
   cell.start_scan();
   driver.go(down_at(bin + Vector3d(0, 0.12, 0.15)), 6.0);
-  const BinScan scan = cell.finish_scan(ScanPlace::Bin);
+  const std::function<BinScan()> see = cell.end_scan(ScanPlace::Bin);
+  driver.go(down_at(bin + Vector3d(0, 0.1, 0.15)), 0.5);  // the cell goes on before the rays are traced
+  const BinScan scan = see();
   std::vector<int> surfaces;
   const auto points = scan.cloud(&surfaces);
   int on_pellets = 0;

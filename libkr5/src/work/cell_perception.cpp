@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "work/cell_perception.hpp"
 
+#include <functional>
+
 #include <kr5/vision/render.hpp>
 #include <kr5/work/arm_ways.hpp>
 #include <kr5/work/look_at_places.hpp>
@@ -9,7 +11,9 @@
 namespace kr5::work {
 
 picking::Cloud CellPerception::finish_scan(sim::ScanPlace place) {
-  const sim::BinScan scan = cell_.with_cell([place](sim::WorkCell& c) { return c.finish_scan(place); });
+  // The cell does not wait for the rays: the controller of an emulated arm keeps its cycle.
+  const std::function<sim::BinScan()> see = cell_.with_cell([place](sim::WorkCell& c) { return c.end_scan(place); });
+  const sim::BinScan scan = see();
   picking::Cloud cloud;
   cloud.points = scan.cloud().transpose();
   cloud.origins = scan.origins().transpose();

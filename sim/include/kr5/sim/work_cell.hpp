@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <functional>
 #include <memory>
 
 #include <kr5/cell/cell.hpp>
@@ -55,7 +56,9 @@ class WorkCell : public robot::Robot {
   void start_scan();
   /// They end: profiles over the real motion, with the poses that the arm reported.
   /// @throws InvalidArgument when no scan was started, or the arm has not moved since.
-  BinScan finish_scan(ScanPlace place);
+  BinScan finish_scan(ScanPlace place) { return end_scan(place)(); }
+  /// The same, what the scanner saw yet to be computed: by any thread, while the cell goes on.
+  std::function<BinScan()> end_scan(ScanPlace place);
   /// The profile of the line scanner of the cell on stand and tubes at this instant, in its own frame.
   /// @throws InvalidArgument for a cell without laser.
   Profile profile();
