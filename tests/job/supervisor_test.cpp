@@ -237,7 +237,9 @@ TEST_CASE("a cell that is not as it is believed does not move") {
     for (int k = 0; k < 20 && !supervisor.finished(); ++k) {
       now.time += options.cycle;
       now.sensor[0] = 0.1 * k;
-      supervisor.step(now);
+      const robot::RobotCommand command = supervisor.step(now);
+      CHECK(command.stop == supervisor.finished());
+      if (supervisor.finished()) CHECK(k == 0);  // it is not even sent to where it says that it is
       ring.note_written(ring.after(ring.written()) ? ring.written() + 1 : ring.written());
     }
     CHECK((supervisor.state().cell_fault == CellFault::None) == !supervisor.finished());

@@ -120,13 +120,15 @@ robot::RobotCommand Supervisor::Machine::step(const robot::RobotReading& reading
   return out;
 }
 
-/// The first command is where the arm is.
+/// The first command is where the arm is, which a cell that is not as it is believed does not tell.
 void Supervisor::Machine::begin(const robot::RobotReading& reading) noexcept {
   begun = true;
   commanded = reading.T_base_tool;
   path.start(commanded);
   coming = state.phase;
   write(RecordKind::Begin, start.phase);
+  state.cell_fault = find_cell_fault(reading);
+  if (state.cell_fault != CellFault::None) latch.trip(StopReason::CellFault);
 }
 
 robot::RobotCommand Supervisor::Machine::hold_stopped(const robot::RobotReading& reading) noexcept {
