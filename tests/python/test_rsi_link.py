@@ -205,8 +205,11 @@ def test_a_free_port_stays_free_until_somebody_listens():
             mark.bind(("127.0.0.1", port))
 
 
-def test_a_sound_link_is_called_sound(doctor):
-    done, data, _ = doctor()
+def test_a_sound_link_is_called_sound(doctor, tmp_path):
+    done, data, _ = doctor("--png", "plots")
+    assert (tmp_path / "plots/link_times.png").read_bytes()[:4] == b"\x89PNG"
+    tail = data["answer"]["tail"]
+    assert tail == sorted(tail) and tail[-1] == data["answer"]["max"]
     assert kinds(data) <= LATENESS, done.stdout
     assert data["telegrams"]["good"] > 100 and data["cycle"] == pytest.approx(0.004, rel=0.1)
     if data["verdict"] == "sound":
@@ -345,7 +348,18 @@ def test_the_log_of_the_monitor_loads_as_a_log(run_kr5, layout_file, tmp_path, e
 
     port = free_port()
     with Controller(port, cut=50) as controller:
-        options = ("--for", 1.5, "--listen", "127.0.0.1", "--log", f"log.{ending}", "--json", "o.json")
+        options = (
+            "--for",
+            1.5,
+            "--listen",
+            "127.0.0.1",
+            "--log",
+            f"log.{ending}",
+            "--json",
+            "o.json",
+            "--png",
+            "plots",
+        )
         done = run_kr5("rsi", "monitor", layout_file(port), *options)
     assert done.returncode == 0, done.stderr
     data = json.loads((tmp_path / "o.json").read_text())
@@ -357,6 +371,7 @@ def test_the_log_of_the_monitor_loads_as_a_log(run_kr5, layout_file, tmp_path, e
     assert np.allclose(np.column_stack([columns[f"q{i}"] for i in range(1, 7)]), np.radians(HOME), atol=1e-6)
     assert np.allclose(columns["x"], 1e-3 * POSE[0])
     assert data["telegrams"]["truncated"] > 0 and data["faulty"][-1]["fault"] == "truncated"
+    assert (tmp_path / "plots/link_times.png").is_file()
     assert f"log.{ending}: {data['rows']} rows" in done.stdout and controller.sent >= data["rows"]
     for word in ("period", "lateness", "p99 [ms]", "telegrams lost", "Last faulty telegrams"):
         assert word in done.stdout

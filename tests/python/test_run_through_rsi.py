@@ -14,7 +14,7 @@ work = pytest.importorskip("kr5.work", reason="this kr5 was built without DART, 
 
 from free_ports import free_port
 from kr5_tools.cli import tables
-from kr5_tools.work import job_cell, linked_run, run
+from kr5_tools.work import job_cell, job_output, linked_run, run
 
 
 @pytest.fixture(scope="module")
@@ -45,7 +45,8 @@ def test_both_ends_agree_and_the_files_of_a_real_controller_have_their_limits(gi
 def test_a_job_in_lock_step_is_stopped_at_the_controller(given, tmp_path):
     cell, options = begun(given)
     linked = work.linked_options(options, cell.believed)
-    lockstep = work.LockstepJob(cell, options, linked, job.Journal(tmp_path / "job.db", "test"))
+    journal = job.Journal(tmp_path / "job.db", "test")
+    lockstep = work.LockstepJob(cell, options, linked, journal)
     lockstep.step(60)
     assert lockstep.runs and lockstep.state.phase == job.Phase.Scan
     lockstep.controller.emergency_stop()
@@ -54,6 +55,8 @@ def test_a_job_in_lock_step_is_stopped_at_the_controller(given, tmp_path):
     judged = done.controller.controller.answered + done.controller.controller.unasked
     assert done.link.answered - judged in (0, 1)  # the last one is judged in a cycle that is not made any more
     assert len(done.job.rows) > 50
+    job_output.write_plots(done.job, journal.records(), done, tmp_path / "plots", Console())
+    assert {file.stem for file in (tmp_path / "plots").iterdir()} == {"time_line", "force", "link_times"}
 
 
 def test_a_job_through_sockets_is_stopped_by_a_person(given, tmp_path):

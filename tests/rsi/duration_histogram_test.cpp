@@ -34,6 +34,15 @@ TEST_CASE("quantiles are at most a 64th longer than the exact ones, extremes and
       CHECK(found >= exact * (1 - 1e-12));
       CHECK(found <= exact * (1 + 1.0 / 64) + 1e-12);
     }
+    const auto longer = [&](double seconds) {
+      return std::count_if(all.begin(), all.end(), [&](auto v) { return 1e-9 * static_cast<double>(v) > seconds; });
+    };
+    for (int k = 0; k < tail_points; ++k) {
+      const double share = std::pow(10.0, -k / 4.0) * 20000;
+      CHECK(static_cast<double>(longer(d.tail[k] * (1 + 1e-12))) <= share);
+      CHECK(static_cast<double>(longer(d.tail[k] / (1 + 1.0 / 64) - 2e-9)) >= std::floor(share));
+    }
+    CHECK(d.tail[tail_points - 1] == d.max);
   }
 }
 
@@ -43,6 +52,7 @@ TEST_CASE("nothing, one duration, and what is beyond all bins") {
   histogram.add(123456);
   Distribution d = histogram.summary();
   for (const double value : {d.min, d.p50, d.p99, d.p999, d.max, d.mean}) CHECK(value == Approx(123456e-9));
+  CHECK((d.tail.array() == d.max).all());
   histogram.add(-5);
   histogram.add(std::int64_t{1} << 62);
   d = histogram.summary();

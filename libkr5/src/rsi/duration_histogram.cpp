@@ -10,6 +10,10 @@ namespace {
 
 constexpr auto loosely = std::memory_order_relaxed;
 constexpr double nanosecond = 1e-9;  // [s]
+constexpr double per_decade = 4.0;   // times of a tail
+
+/// Number of the least duration that is long enough for a share of all not to be longer.
+double rank_of(double share, double all) { return std::max(std::ceil(share * all), 1.0); }
 
 }  // namespace
 
@@ -51,14 +55,15 @@ Distribution DurationHistogram::summary() const noexcept {
   out.min = nanosecond * static_cast<double>(least_.load(loosely));
   out.max = nanosecond * static_cast<double>(longest);
   std::uint64_t below = 0;
+  int tail = 0;  // times that are known
   for (std::size_t bin = 0; bin < bins; ++bin) {
     const std::uint64_t here = counts_[bin].load(loosely);
     if (here == 0) continue;
     const double end = nanosecond * static_cast<double>(bin == bins - 1 ? longest : std::min(end_of(bin), longest));
-    for (const auto& [share, quantile] : {std::pair{0.5, &out.p50}, {0.99, &out.p99}, {0.999, &out.p999}}) {
-      const double rank = std::ceil(share * all);  // of the least duration that is long enough
-      if (static_cast<double>(below) < rank && static_cast<double>(below + here) >= rank) *quantile = end;
-    }
+    const auto first = static_cast<double>(below), last = static_cast<double>(below + here);
+    for (const auto& [share, quantile] : {std::pair{0.5, &out.p50}, {0.99, &out.p99}, {0.999, &out.p999}})
+      if (const double rank = rank_of(share, all); first < rank && last >= rank) *quantile = end;
+    while (tail < tail_points && last >= rank_of(1.0 - std::pow(10.0, -tail / per_decade), all)) out.tail[tail++] = end;
     below += here;
   }
   return out;

@@ -65,6 +65,7 @@ def doctor(
     ] = False,
     passive: PassiveOption = False,
     listen: ListenOption = "0.0.0.0",
+    png: arguments.PngOption = None,
     json_file: arguments.JsonOption = None,
 ) -> None:
     """Diagnosis of the link to a controller: listens for some seconds and says what is wrong, and the remedy.
@@ -85,6 +86,10 @@ def doctor(
     diagnosis = rsi.examine_link(seen, layout, options)
     to = terminal.console(json_file)
     print_diagnosis(diagnosis, seen, layout, to)
+    if png:
+        from kr5_tools.rsi.timing_plot import write_timing_plot
+
+        write_timing_plot(png, to, period=diagnosis.period, answer=diagnosis.answer)
     if move and (recorder.aborted or not diagnosis.motion_compared):
         terminal.print_note("the test motion was not made to its end; its part of the diagnosis is not complete.")
     if not diagnosis.pose_compared and cell:

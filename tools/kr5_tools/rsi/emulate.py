@@ -161,6 +161,7 @@ def emulate(
         typer.Option("--for", metavar="SECONDS", min=0.1, help="Time to run \\[s]; by default until Ctrl-C."),
     ] = None,
     everything: arguments.AllOption = False,
+    png: arguments.PngOption = None,
     json_file: arguments.JsonOption = None,
 ) -> None:
     """A KUKA controller without a robot: sends the telegrams of the sensor interface at its fixed rate to anybody's
@@ -200,10 +201,10 @@ def emulate(
             watch(emulator, layout, seconds, actions, restart is not None, show)
     except KeyboardInterrupt:
         with shielded():
-            conclude(emulator, layout, to, json_file, everything)
+            conclude(emulator, layout, to, json_file, everything, png)
             writing.publish()
         raise
-    if conclude(emulator, layout, to, json_file, everything):
+    if conclude(emulator, layout, to, json_file, everything, png):
         raise typer.Exit(1)
 
 
@@ -250,7 +251,12 @@ def watch(
 
 
 def conclude(
-    emulator: rsi.Emulator, layout: rsi.TelegramLayout, to: Console, json_file: Path | None, everything: bool
+    emulator: rsi.Emulator,
+    layout: rsi.TelegramLayout,
+    to: Console,
+    json_file: Path | None,
+    everything: bool,
+    png: Path | None,
 ) -> bool:
     """Prints and writes what there was; whether the program was ended, or never answered."""
     statistics, events = emulator.statistics(), emulator.events()
@@ -261,6 +267,11 @@ def conclude(
     to.print(tables.make_table("", emulation_tables.COUNT_COLUMNS, rows, text=(2,)))
     if times := emulation_tables.time_rows(statistics):
         to.print(tables.make_table("", emulation_tables.TIME_COLUMNS, times))
+    if png:
+        from kr5_tools.rsi.timing_plot import write_timing_plot
+
+        s = statistics
+        write_timing_plot(png, to, period=s.period, answer=s.answer, lateness=s.lateness)
     shown = events if everything else emulation_tables.rare_events(events)
     to.print(
         tables.make_table("", emulation_tables.EVENT_COLUMNS, emulation_tables.event_rows(shown, layout), text=(1, 2))

@@ -65,6 +65,7 @@ def monitor(
     ] = None,
     passive: PassiveOption = False,
     listen: ListenOption = "0.0.0.0",
+    png: arguments.PngOption = None,
     json_file: arguments.JsonOption = None,
 ) -> None:
     """Live state of the link to a controller: times, losses, last faulty telegrams, until Ctrl-C.
@@ -88,6 +89,11 @@ def monitor(
         writing.write_json({**statistics.to_dict(), "rows": rows, "faulty": [f.to_dict() for f in faulty]}, json_file)
         to = terminal.console(json_file)
         to.print(state_view(statistics, faulty))
+        if png:
+            from kr5_tools.rsi.timing_plot import write_timing_plot
+
+            s = statistics
+            write_timing_plot(png, to, period=s.period, answer=s.answer, lateness=s.lateness)
         writing.publish()
         if log:
             to.print(f"{log}: {rows} rows.", soft_wrap=True, markup=False)

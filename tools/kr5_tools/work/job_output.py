@@ -42,6 +42,25 @@ def write_log(done: "kr5.work.JobRun", log: Path) -> str:
     return f"{log}: {len(done.rows)} rows."
 
 
+def write_plots(
+    done: "kr5.work.JobRun",
+    records: "Sequence[kr5.job.JobRecord]",
+    link: "kr5.work.LinkedRun | None",
+    folder: Path,
+) -> str:
+    """The plots of the page as files; what is said of them once they are there."""
+    from kr5_tools.pages.plot_style import STYLE, plt
+    from kr5_tools.pages.rendering import write_png
+    from kr5_tools.work.run_page import job_plots
+
+    with plt.rc_context(STYLE):
+        drawn = job_plots(done, records, link)
+        files = write_png(drawn, folder)
+        for plot in drawn:
+            plt.close(plot.figure)
+    return f"{folder}: {', '.join(file.name for file in files)}."
+
+
 def write_page(
     done: "kr5.work.JobRun",
     truth: "kr5.work.JobTruth",
@@ -49,11 +68,12 @@ def write_page(
     cell: "kr5.sim.WorkCell",
     setup: "JobSetup",
     source: Path,
+    link: "kr5.work.LinkedRun | None",
     report: Path,
 ) -> str:
     """The page of a job that has moved; what is said of it once it is there."""
     from kr5_tools.work.run_page import job_page
 
     with terminal.spinner("drawing"):
-        writing.write_text(job_page(done, truth, records, cell, setup, source), report)
+        writing.write_text(job_page(done, truth, records, cell, setup, source, link), report)
     return f"{report}: open it in a browser."

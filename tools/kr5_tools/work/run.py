@@ -118,6 +118,7 @@ def run(
             help="Log of positions and currents of the joints, for `kr5 gap diagnose`: FILE.csv or FILE.mcap.",
         ),
     ] = None,
+    png: arguments.PngOption = None,
     json_file: arguments.JsonOption = None,
 ) -> None:
     """The job from bin to tube in a simulated cell: scan, pick, put upright, regrip, find the tube, search, insert.
@@ -137,7 +138,7 @@ def run(
         through_rsi,
         {"--controller": controller, "--port": port},
         faults,
-        [journal_file, report, view or None, log, tilt],
+        [journal_file, report, view or None, log, png, tilt],
     )
     report = report or (PAGE if view else None)
     writing.check_writable(report, log, json_file, inputs=[cell_file, journal_file])
@@ -174,12 +175,14 @@ def run(
     job_output.print_job(done, truth, pellets, journal_file, to)
     if link is not None:
         linked_run.print_link(link, linked.layout, to)
-    if (report or log) and len(done.rows) < 2:
-        terminal.print_note("no motion, hence neither page nor log.")
-        report = log = None
+    if (report or log or png) and len(done.rows) < 2:
+        terminal.print_note("no motion, hence neither page, log nor plots.")
+        report = log = png = None
     told = [job_output.write_log(done, log)] if log else []
+    if png:
+        told.append(job_output.write_plots(done, records, link, png))
     if report:
-        told.append(job_output.write_page(done, truth, records, cell, setup, source, report))
+        told.append(job_output.write_page(done, truth, records, cell, setup, source, link, report))
     writing.write_json(job_tables.as_dict(setup.job_id(given), setup, done, truth, records, link), json_file)
     writing.publish()
     for text in told:
@@ -193,7 +196,7 @@ def run(
 def _check_options(through_rsi: bool, of_link: dict[str, object], faults: int | None, of_job: list[object]) -> None:
     """Complains of options that would do nothing."""
     if faults is not None and (not through_rsi or any(value is not None for value in of_job)):
-        terminal.fail("--faults: needs --through-rsi, and has neither journal, report, view, log nor tilt")
+        terminal.fail("--faults: needs --through-rsi, and has neither journal, report, view, log, plots nor tilt")
     for name in (name for name, value in of_link.items() if value is not None):
         if not through_rsi:
             terminal.fail(f"{name}: belongs to a link; add --through-rsi, or leave it out")

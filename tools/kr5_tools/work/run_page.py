@@ -18,6 +18,7 @@ from kr5_tools.pages.rendering import embed_plot
 from kr5_tools.replay.page import make_page
 from kr5_tools.replay.runs import Run, thinned_run
 from kr5_tools.replay.signals import signal_of
+from kr5_tools.rsi.timing_plot import timing_plot
 from kr5_tools.work import job_tables, journal_tables
 from kr5_tools.work.remedies import words
 
@@ -59,11 +60,12 @@ def job_page(
     cell: "kr5.sim.WorkCell",
     setup: "JobSetup",
     source: Path,
+    link: "kr5.work.LinkedRun | None" = None,
 ) -> str:
     """The HTML."""
     good = done.done and truth.in_tube == setup.pellets
     with plt.rc_context(STYLE):
-        drawn = [_time_line(records), _forces(done)]
+        drawn = job_plots(done, records, link)
     try:
         return make_page(
             cell.believed,
@@ -94,6 +96,14 @@ def job_page(
     finally:
         for plot in drawn:
             plt.close(plot.figure)
+
+
+def job_plots(
+    done: "kr5.work.JobRun", records: Sequence[job.JobRecord], link: "kr5.work.LinkedRun | None"
+) -> list[Plot]:
+    """Time line and forces; of a job through a link its times, too."""
+    times = link and timing_plot(period=link.link.period, answer=link.link.answer, lateness=link.link.lateness)
+    return [_time_line(records), _forces(done), *([times] if times else [])]
 
 
 def plates_of(cell: "kr5.sim.WorkCell") -> list["kr5.cell.PlacedObject"]:

@@ -6,19 +6,26 @@
 #include <cstddef>
 #include <cstdint>
 
+#include <Eigen/Core>
+
 #include <kr5/core/fields.hpp>
 
 namespace kr5::rsi {
 
+/// Number of times in the tail of a distribution: down to one duration in a million.
+inline constexpr int tail_points = 25;
+using DurationTail = Eigen::Matrix<double, tail_points, 1>;
+
 /// A summary of durations. Quantiles are those of a histogram, at most 1.6 % too long; mean and extremes are exact.
 struct Distribution {
   std::uint64_t count = 0;
-  double mean = 0.0;  ///< [s]
-  double min = 0.0;   ///< [s]
-  double p50 = 0.0;   ///< [s]
-  double p99 = 0.0;   ///< [s]
-  double p999 = 0.0;  ///< [s]
-  double max = 0.0;   ///< [s]
+  double mean = 0.0;                         ///< [s]
+  double min = 0.0;                          ///< [s]
+  double p50 = 0.0;                          ///< [s]
+  double p99 = 0.0;                          ///< [s]
+  double p999 = 0.0;                         ///< [s]
+  double max = 0.0;                          ///< [s]
+  DurationTail tail = DurationTail::Zero();  ///< [s]
 
   static void each_field(auto& self, auto&& visit) {
     visit("count", self.count, "Number of durations.");
@@ -28,6 +35,8 @@ struct Distribution {
     visit("p99", self.p99, "99 % are not longer [s].");
     visit("p999", self.p999, "99.9 % are not longer [s].");
     visit("max", self.max, "Longest [s].");
+    visit("tail", self.tail,
+          "Times that at most a share of 1, 10^-0.25, 10^-0.5 .. 10^-6 of the durations exceed [s].");
   }
 };
 
