@@ -215,6 +215,18 @@ void bind_emulator(py::module_& m) {
   bind_struct<TimedFault>(m, "TimedFault", "A fault at a given time.");
   bind_struct<LinkFaults>(m, "LinkFaults", "Which messages of a link are faulty.");
   bind_struct<LinkFaultCounts>(m, "LinkFaultCounts", "Messages by the fault that they had.");
+  py::class_<FaultyWay>(m, "FaultyWay", "A way on which messages have faults. It has no clock.")
+      .def(py::init<const LinkFaults&>(), py::arg("faults"))
+      .def(
+          "put", [](FaultyWay& self, const py::bytes& bytes, double time) { self.pass(std::string_view(bytes), time); },
+          py::arg("bytes"), py::arg("time"), "A message starts at a time [s].")
+      .def(
+          "take", [](FaultyWay& self, double time) { return py::bytes(std::string(self.next(time))); }, py::arg("time"),
+          "A message that has arrived by a time [s], in the order of arrival; empty: none.")
+      .def_property_readonly("next_time", &FaultyWay::next_time,
+                             "When the next one arrives; infinite: none is on its way [s].")
+      .def_property_readonly(
+          "counts", [](const FaultyWay& self) { return self.counts(); }, "Messages by their faults (a copy).");
   bind_struct<EmulatorOptions>(m, "EmulatorOptions", "Options of Emulator.");
   bind_struct<EmulatorStatistics>(m, "EmulatorStatistics", "What an emulator has seen since it began.");
   using kr5::robot::Robot;

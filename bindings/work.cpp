@@ -226,6 +226,9 @@ void bind_linked_jobs(py::module_& m) {
           "What the robot told in the last cycle that was served; InvalidArgument for a job that does not run.")
       .def("end", &LinkedJob::end, free_python(), "Ends both ends of the link; what there is then.")
       .def("cell_state", &LinkedJob::cell_state, free_python(), "The cell as it is now.")
+      .def("cell_truth", &LinkedJob::cell_truth, free_python(), "What is so in it now. Not for controllers.")
+      .def_property_readonly("controller", &LinkedJob::controller, py::return_value_policy::reference_internal,
+                             "The emulated controller, until the job is ended; InvalidArgument when it does not run.")
       .def_property_readonly("written", &LinkedJob::written, "Number of the last record on the disk.")
       .def_property_readonly("journal_problem", &LinkedJob::journal_problem,
                              "Why the journal could not be written, in words; empty: it could.")

@@ -13,15 +13,6 @@ sys.path[:0] = [str(ROOT / "tools/benchmarks")]
 import job as bench
 
 
-def test_a_fault_that_did_harm_is_not_reached(monkeypatch):
-    good = {"trials": 5, "continued": 2, "stopped": 3, "resumed": 3, "max_force": 21.5}
-    rows = [work.FaultRow(fault="lost", **good), work.FaultRow(fault="clock_jump", over_limit=1, **good)]
-    monkeypatch.setattr(bench, "run_faults", lambda cell, setup, trials: rows if trials == 5 else [])
-    lost, jump = bench.fault_rows(5, 1)
-    assert lost.reached and "2 went on, 3 stopped" in lost.ours and "21.5 N" in lost.ours
-    assert not jump.reached and jump.what.startswith("fault clock jump, 5 insertions") and "1 above" in jump.ours
-
-
 def test_attempts_are_counted_by_clearance_and_tilt(monkeypatch):
     asked = []
 

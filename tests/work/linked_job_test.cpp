@@ -100,6 +100,8 @@ TEST_CASE("an operator stops the job, and the controller ends its program", "[re
   job::Journal journal(new_journal("asked"), "test");
   work::LinkedJob job(b.cell, b.options, b.linked, journal);
   REQUIRE(serve_until(job, 20s, [&] { return job.state().phase == job::Phase::Scan; }));
+  const double before = job.cell_truth().time;
+  REQUIRE(serve_until(job, 20s, [&] { return job.cell_truth().time > before; }));
   job.stop_by_operator();
   const work::LinkedRun run = job.run();
   CHECK(run.job.state.stop == job::StopReason::Operator);

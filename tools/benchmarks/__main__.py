@@ -119,7 +119,12 @@ BENCHES = {
     "job": Bench(
         "The job from bin to tube, unattended",
         f"{SIMULATED}; cell, bin and pellets are the same",
-        quick=("--jobs", "1", "--pellets", "4", "--faults", "2", "--kills", "10"),
+        quick=("--jobs", "1", "--pellets", "4", "--kills", "10"),
+    ),
+    "faults": Bench(
+        "Faults of a job while a pellet is inserted through the link",
+        f"{SIMULATED}; cell, bin and pellet are the same",
+        quick=("--trials", "1"),
     ),
     "sweep": Bench("Insertions a second on two workers beside one", "the same grid", quick=("--trials", "60")),
     "visual_servo": Bench(

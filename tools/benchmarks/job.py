@@ -1,7 +1,7 @@
 """The whole job in simulated cells: 35 pellets from bin to tube, unattended, and four from a fixed place; insertions by
-clearance and tilt; what faults of link, controller and computer do to an insertion; programs killed at random instants.
+clearance and tilt; programs killed at random instants. What faults do to an insertion: faults.py.
 
-    python tools/benchmarks/job.py [--jobs 10] [--pellets 35] [--faults 100] [--kills 1000] [--first-seed 52001]
+    python tools/benchmarks/job.py [--jobs 10] [--pellets 35] [--kills 1000] [--first-seed 52001]
 
 Cells with the usual errors, of which their controller is not told. What is inserted is judged by the truth of the
 simulator. A pellet stands or lies by how it goes over the stand: once, or laid down before it is stood up."""
@@ -26,8 +26,6 @@ from job_kills import kill_often
 from kr5_tools.sweep.rate_table import success_rate
 from kr5_tools.work.job_cell import JobSetup, make_cell, make_setup, work_options
 from kr5_tools.work.journal_tables import laid_down
-from kr5_tools.work.linked_run import run_faults, sound
-from kr5_tools.work.remedies import words
 
 CELL = Path(__file__).resolve().parents[2] / "share/cells/kr5_arc.yaml"
 INSERTED, TIME = 0.95, 16.0  # share [-] and mean time [s] to reach
@@ -142,20 +140,6 @@ def task_rows(pellets: int, first_seed: int) -> Iterator[comparison.Row]:
         yield comparison.Row(what, text, "–", True, interval=interval)
 
 
-def fault_rows(trials: int, seed: int) -> Iterator[comparison.Row]:
-    """What each fault does; none may do harm."""
-    cell = kr5.cell.load_cell(CELL)
-    for row in run_faults(cell, JobSetup(1, seed, "usual"), trials):
-        ended = f"{row.continued} went on, {row.stopped} stopped, of these {row.resumed} done after release"
-        harm = f"{row.moving} moving, {row.over_limit} above the limit, {row.astray} astray"
-        yield comparison.Row(
-            f"fault {words(row.fault)}, {row.trials} insertions: how they ended; peak force",
-            f"{ended}; {harm}; {row.max_force:.1f} N",
-            "none moving, above the limit, astray",
-            sound([row]),
-        )
-
-
 def kill_row(kills: int, first_seed: int) -> comparison.Row:
     """Jobs of two pellets whose programs are killed, also between the file of the cell and the records."""
     with tempfile.TemporaryDirectory() as folder:
@@ -191,7 +175,6 @@ def main() -> int:
     parser.add_argument("--jobs", type=int, default=10, help="number of jobs")
     parser.add_argument("--pellets", type=int, default=35, help="pellets of each")
     parser.add_argument("--first-seed", type=int, default=52001, help="seed of the first job; those behind it follow")
-    parser.add_argument("--faults", type=int, default=100, help="insertions of each fault")
     parser.add_argument("--kills", type=int, default=1000, help="programs that are killed")
     given = parser.parse_args()
     seeds = range(given.first_seed, given.first_seed + given.jobs)
@@ -202,7 +185,6 @@ def main() -> int:
         force_row(jobs),
         *part_rows(jobs),
         *task_rows(given.pellets, seeds[-1] + 1),
-        *fault_rows(given.faults, given.first_seed),
         kill_row(given.kills, given.first_seed),
         four_row(2 * given.jobs, given.first_seed),
     ]

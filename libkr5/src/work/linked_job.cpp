@@ -132,6 +132,10 @@ sim::WorkCellState LinkedJob::cell_state() {
   return program_->cell.with_cell([](const sim::WorkCell& cell) { return cell.state(); });
 }
 
+sim::WorkCellTruth LinkedJob::cell_truth() {
+  return program_->cell.with_cell([](const sim::WorkCell& cell) { return cell.truth(); });
+}
+
 rsi::Emulator& LinkedJob::controller() {
   require(program_->emulator.has_value(), "controller: it does not run");
   return *program_->emulator;

@@ -51,6 +51,8 @@ class LinkedJob {
   std::uint64_t written() const noexcept;
   /// The cell as it is now, while the controller moves it.
   sim::WorkCellState cell_state();
+  /// What is so in the cell now. Not for controllers.
+  sim::WorkCellTruth cell_truth();
   /// The controller, while it runs.
   rsi::Emulator& controller();
   rsi::LinkStatistics link_statistics() const;
