@@ -42,8 +42,8 @@ def run(
     errors: Annotated[
         Literal["nominal", "usual", "severe"],
         typer.Option(
-            help="Cell as its controller is told, or off by errors that the controller does not know: the usual ones, or"
-            " severe ones of servo, friction, radii and force sensor, too."
+            help="Cell as its controller is told, or off by errors that the controller does not know: the usual ones,"
+            " or severe ones of servo, friction, radii and force sensor, too."
         ),
     ] = "usual",
     clearance: Annotated[
