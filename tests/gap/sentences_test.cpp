@@ -76,7 +76,8 @@ TEST_CASE("a headline has at most 40 words, and the details say the rest") {
         if (late) d.clock_faults = {{"wrench", {Kind::Press, Kind::Profile}, -0.0065, 0.00025}};
         CAPTURE(headline_text(d), details_text(d));
         CHECK(words_of(headline_text(d)) <= 40);
-        CHECK(headline_text(d) + " " + details_text(d) == verdict_text(d));
+        const std::string gap = details_text(d).empty() ? "" : " ";
+        CHECK(headline_text(d) + gap + details_text(d) == verdict_text(d));
       }
   const Diagnosis one = explained(1);
   CHECK(headline_text(one).starts_with(causes_text(one) + " With it the gap falls from"));
