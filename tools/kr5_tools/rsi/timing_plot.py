@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 from kr5 import rsi
 from matplotlib.axes import Axes
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from kr5_tools.calibrate.plots import Plot
 from kr5_tools.cli.terminal import Console, print_note
@@ -30,10 +31,12 @@ def timing_plot(**times: rsi.Distribution) -> Plot | None:
         for name, time in part.items():
             _draw(axes, name, time)
         axes.set_xlabel("time [ms]")
-        axes.legend(loc="lower left")
+        axes.legend(loc="upper right", fontsize=8, handlelength=1)  # no line comes there
         if "period" not in part:
             axes.set_xscale("log")
+            axes.xaxis.set_major_locator(LogLocator(subs=(1, 3)))
             axes.xaxis.set_major_formatter("{x:g}")
+            axes.xaxis.set_minor_formatter(NullFormatter())
     row[0][0].set_yscale("log")
     row[0][0].yaxis.set_major_formatter("{x:g}")
     row[0][0].set_ylabel("share that is longer [-]")
