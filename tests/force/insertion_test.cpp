@@ -45,8 +45,8 @@ InsertionOptions book_options() {
   return out;
 }
 
-/// A loopback robot over a tube whose top alone is there: what carries the peg pushes it up by a spring, forces across
-/// are left out. Enough for everything up to the slide.
+/// A loopback robot over a tube: what carries the peg pushes it up by a spring, and the wall of the bore pushes back
+/// the lowest point of its rim; other forces across are left out. Enough for everything up to the push.
 class Cell {
  public:
   explicit Cell(const Eigen::Vector3d& tube, std::uint64_t seed = 1, const InsertionFrames& frames = {})
@@ -79,11 +79,21 @@ class Cell {
   /// At the bottom of the peg, along Z of the tube; about the origin of the tool.
   Vector6 push(const Pose& T_base_tool) const {
     const Pose T_tube_peg = peg_at(T_base_tool);
-    const Eigen::Vector3d force = frames_.T_base_tube.linear().col(2) * press(T_tube_peg);
+    const Eigen::Vector3d side = wall(T_tube_peg);  // a rim that it stops is in the bore, and nothing carries it
+    const Eigen::Vector3d force =
+        frames_.T_base_tube.linear() * (side.isZero() ? Eigen::Vector3d(0, 0, press(T_tube_peg)) : side);
     const Eigen::Vector3d tool_to_peg = T_base_tool.linear() * frames_.T_tool_peg.translation();
     Vector6 out;
     out << force, tool_to_peg.cross(force);
     return out;
+  }
+  Eigen::Vector3d wall(const Pose& T_tube_peg) const {
+    const Eigen::Vector3d axis = T_tube_peg.linear().col(2);
+    const Eigen::Vector3d down = (axis.z() * axis - Eigen::Vector3d::UnitZ()).normalized();
+    const Eigen::Vector3d lowest = T_tube_peg.translation() + radii.peg_radius * down - tube_;
+    const double off = lowest.head<2>().norm(), depth = off - radii.inner_radius;
+    if (!(lowest.z() < -1.5 * mm) || !(depth > 0) || off > radii.outer_radius) return Eigen::Vector3d::Zero();
+    return -23.38e3 * depth / off * Eigen::Vector3d(lowest.x(), lowest.y(), 0.0);
   }
   double press(const Pose& T_tube_peg) const {
     const Eigen::Vector3d axis = T_tube_peg.linear().col(2), p = T_tube_peg.translation();

@@ -18,9 +18,9 @@ constexpr double quiet = 0.1;         // for which forces across are small befor
 constexpr double loose = 1.0;         // [N]
 constexpr double creeping = 2e-3;     // with which the wanted depth is come to [m/s]
 constexpr double elsewhere = 1.5e-3;  // more than the play of a bore: there is none [m]
-constexpr double seeking = 2e-3;      // towards the far wall, until it is met [m/s]
+constexpr double seeking = 4e-3;      // towards the far wall, until it is met [m/s]
 constexpr double stuck = 0.8;         // for which a pushed peg may stand still [s]
-constexpr double friction = 0.5;      // more of the press than any friction across takes [-]
+constexpr double friction = 0.7;      // more of the press than any friction across takes, up an edge, too [-]
 
 }  // namespace
 
@@ -70,18 +70,24 @@ void Insertion::Machine::slide_upright(const ContactEstimate& now) noexcept {
 }
 
 /// Takes the tilt away while the peg leans on the far wall of the bore: so its near side clears the edge, however small
-/// the clearance is.
+/// the clearance is. Before it leans, or has gone farther than any far wall is, it keeps its tilt: one that is set
+/// upright halfway stands on the near edge, over which a rough one does not slide.
 void Insertion::Machine::upright(const ContactEstimate& now) noexcept {
   const Eigen::Vector2d d = direction();
   const InsertionForces& f = options.forces;
   const double pushed_back = -d.dot(now.across());
-  const bool leans = pushed_back > 0.5 * f.lean;
-  const Eigen::Vector2d seek = leans || lean.v < 0 ? Eigen::Vector2d::Zero() : Eigen::Vector2d(seeking * d);
+  const bool begun_upright = lean.v < 0;
+  const double rubs = begun_upright ? 0.0 : friction * std::max(now.press(), 0.0);
+  const bool leans = pushed_back > 0.5 * f.lean + rubs;
+  const Eigen::Vector2d seek = leans || begun_upright ? Eigen::Vector2d::Zero() : Eigen::Vector2d(seeking * d);
   const bool deep = probing && now.peg.z() < face - options.limits.descent;
-  drive(lateral_admittance(now, -f.lean * d) + seek, deep ? 0.0 : press_speed(f.slide, now));
+  drive(lateral_admittance(now, -f.lean * d) + seek,
+        deep ? 0.0 : press_speed(begun_upright ? f.slide : std::min(f.lean, f.slide), now));
   const double load = now.across().norm() / (4 * f.lean);
   const double pace = options.motion.upright_speed * std::clamp(1.5 - load, 0.0, 1.0);
-  const bool begin = probing ? leans : leans || seconds() > 2 * settled;
+  const bool far = d.dot(path.p.head<2>() - begun) > capture_offset() + elsewhere;
+  if (far && !leans && !begun_upright && !probing && !felt_again) return feel_again();
+  const bool begin = leans || (far && !probing);
   if (begin) probing = false;
   plan_tilt(begin || lean.v < 0 ? std::max(lean.towards(0.0, pace, options.motion.turning, options.cycle), -pace) : 0.0,
             0.0);
@@ -94,6 +100,15 @@ void Insertion::Machine::upright(const ContactEstimate& now) noexcept {
     return;
   }
   settle_upright(now);
+}
+
+/// There is no wall where one should be: much friction can mislead a turn by millimetres. Another one, from where the
+/// peg is, tells better.
+void Insertion::Machine::feel_again() noexcept {
+  felt_again = true;
+  turn.clear();
+  angle_swept = 0.0;
+  enter_phase(Phase::Roll);
 }
 
 /// An upright peg sinks into the mouth of the bore, or stands beside it.
@@ -209,9 +224,11 @@ void Insertion::Machine::retreat(const ContactEstimate& now) noexcept {
   // Not where it failed, but where the peg feels most: beside the hole as far as it is known.
   if (state.hole_std > 0)
     place = state.hole.head<2>() - 0.4 * options.bodies.peg_radius * direction();
+  else if (state.reason == Reason::ProfileFlat)  // as where the bore is right below the peg
+    place = path.p.head<2>() - 0.4 * options.bodies.peg_radius * direction();
   else
     place = path.p.head<2>();
-  spiralled = false;
+  spiralled = felt_again = false;
   enter_phase(Phase::Approach);
 }
 

@@ -94,7 +94,7 @@ void Insertion::Machine::restart() noexcept {
   compliance_error = 0.0;
   cycles = settled_cycles = 0;
   first = holding = true;
-  probing = doubtful = spiralled = air = false;
+  probing = doubtful = spiralled = felt_again = air = false;
   if (options.bodies.peg_radius >= options.bodies.inner_radius) stop_for(Reason::PegTooWide);
   if (!stable(options)) stop_for(Reason::UnstableGain);
 }
@@ -102,7 +102,7 @@ void Insertion::Machine::restart() noexcept {
 void Insertion::Machine::enter_phase(Phase phase) noexcept {
   state.phase = phase;
   begun_height = path.p.z();
-  cycles = settled_cycles = 0;
+  cycles = settled_cycles = late_cycles = 0;
 }
 
 void Insertion::Machine::stop_for(Reason reason) noexcept {

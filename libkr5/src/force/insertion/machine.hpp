@@ -74,9 +74,10 @@ struct Insertion::Machine {
   double begun_height = 0.0;                             ///< At which this phase began, in T [m].
   double toward = 0.0;                                   ///< Azimuth of the hole [rad].
   double angle_swept = 0.0, level = 0.0,
-         feed = 0.0;                   ///< Of a turn or a spiral; height of a peg that slides; of a push.
-  int cycles = 0, settled_cycles = 0;  ///< In this phase; of them, at rest in a row.
-  bool known = false, first = true, probing = false, doubtful = false, spiralled = false, holding = true, air = false,
+         feed = 0.0;  ///< Of a turn or a spiral; height of a peg that slides; of a push.
+  int cycles = 0, settled_cycles = 0, late_cycles = 0;  ///< In this phase; of them, at rest in a row; of them, late.
+  bool known = false, first = true, probing = false, doubtful = false, spiralled = false, felt_again = false,
+       holding = true, air = false,
        met = false;  ///< Something was met before the approach was at its end.
 
   Machine(const InsertionOptions& given, const InsertionFrames& given_frames);
@@ -124,6 +125,7 @@ struct Insertion::Machine {
   void approach() noexcept;
   void meet() noexcept;
   double approach_speed() const noexcept;
+  bool come() noexcept;
   void touch(const ContactEstimate& now) noexcept;
   void roll(const ContactEstimate& now) noexcept;
   void locate(const ContactEstimate& now) noexcept;
@@ -132,6 +134,7 @@ struct Insertion::Machine {
   void slide_tilted(const ContactEstimate& now) noexcept;
   void slide_upright(const ContactEstimate& now) noexcept;
   void upright(const ContactEstimate& now) noexcept;
+  void feel_again() noexcept;
   void settle_upright(const ContactEstimate& now) noexcept;
   void push(const PegReading& reading, const ContactEstimate& now) noexcept;
   void confirm(const ContactEstimate& now) noexcept;

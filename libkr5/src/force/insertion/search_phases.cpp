@@ -11,12 +11,15 @@
 namespace kr5::force {
 namespace {
 
-constexpr double zeroing = 0.12;   // for which an untouched sensor is averaged [s]
-constexpr double tilting = 1.0;    // greatest speed of a planned tilt in the air [rad/s]
-constexpr double min_press = 1.0;  // from which on a row of the profile counts [N]
-constexpr double settling = 0.1;   // [s]
-constexpr double overlap = 0.1;    // of the turn, so that its end meets its beginning [rad]
-constexpr int evaluations = 8;     // of the fit in a cycle
+constexpr double zeroing = 0.12;      // for which an untouched sensor is averaged [s]
+constexpr double tilting = 1.0;       // greatest speed of a planned tilt in the air [rad/s]
+constexpr double come_within = 3e-4;  // of the end of the approach an arm has come to it [m]
+constexpr double come_for = 0.12;     // when it has been there for so long [s]
+constexpr double come_timeout = 2.0;  // after which it goes on all the same [s]
+constexpr double min_press = 1.0;     // from which on a row of the profile counts [N]
+constexpr double settling = 0.1;      // [s]
+constexpr double overlap = 0.1;       // of the turn, so that its end meets its beginning [rad]
+constexpr int evaluations = 8;        // of the fit in a cycle
 constexpr int min_rows = 40;
 
 }  // namespace
@@ -97,6 +100,13 @@ void Insertion::Machine::meet() noexcept {
   enter_phase(Phase::Touch);
 }
 
+/// Whether the arm is where its path has come to. Behind a servo other than believed it is late: still on its way down
+/// it would touch many times faster than it should.
+bool Insertion::Machine::come() noexcept {
+  const bool there = settled_for(come_for, (sharp.arm - path.p).norm() < come_within);
+  return there || ++late_cycles * options.cycle > come_timeout;
+}
+
 /// Above the place, tilted. A remembered hole is entered rim first at once, or from above by an upright peg. Where the
 /// tube was not felt yet, the peg goes down when it is tilted: one that is tilted in a bore wedges.
 void Insertion::Machine::approach() noexcept {
@@ -115,7 +125,7 @@ void Insertion::Machine::approach() noexcept {
   const double level = leans || known ? height : std::max(height, std::min(begun_height + rim, face + m.clear_height));
   const Eigen::Vector3d target(over.x(), over.y(), level);
   path.drive(path.towards(target, approach_speed(), m.acceleration), m.acceleration);
-  if (!leans || (path.p - target).norm() > 2e-4) return;
+  if (!leans || (path.p - target).norm() > 2e-4 || !come()) return;
   met = false;
   descent.reset();
   enter_phase(Phase::Touch);
