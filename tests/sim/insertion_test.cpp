@@ -100,6 +100,26 @@ TEST_CASE("a contact of half the stiffness that is believed does no harm: the fi
   test::check_rate(first, all, 0.95, test::full() ? 0.9 : 0.75);
 }
 
+TEST_CASE("a peg that rubs, and sits tilted in its grip, is set upright in the bore and not on its edge",
+          "[statistics]") {
+  const int all = test::trials(300, 40);
+  int first = 0, within = 0;
+  for (int k = 0; k < all; ++k) {
+    Random random(static_cast<std::uint64_t>(9500 + k));
+    cell::Cell cell = arc();
+    InsertionSetup setup = drawn(static_cast<std::uint64_t>(9500 + k));
+    const force::InsertionOptions options = insertion_options(cell, setup);
+    setup.grip_tilt = random.uniform(0.2, 0.6) * M_PI / 180;
+    cell.effects.set("contact_friction", "contact", "friction", random.uniform(0.35, 0.5));
+    const InsertionResult result = run_insertion(cell, setup, options);
+    first += at_once(result);
+    within += result.inserted;
+  }
+  INFO(first << " of " << all << " at once, " << within << " within three attempts");
+  test::check_rate(first, all, test::full() ? 0.97 : 0.92, test::full() ? 0.95 : 0.8);
+  test::check_rate(within, all, 0.97, test::full() ? 0.97 : 0.88);
+}
+
 TEST_CASE("gravity drops a peg into a standing tube, air blows it into a lying one", "[statistics]") {
   const int all = test::trials(100, 12);
   int pooled = 0;
