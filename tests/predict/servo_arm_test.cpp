@@ -5,6 +5,7 @@
 
 #include <kr5/cell/effect.hpp>
 #include <kr5/cell/recording.hpp>
+#include <kr5/cell/servo_gain.hpp>
 #include <kr5/core/error.hpp>
 #include <kr5/physics/fold_effects.hpp>
 #include <kr5/predict/fast_simulator.hpp>
@@ -287,6 +288,36 @@ TEST_CASE("light joints on stiff servos need no finer steps than their motion") 
       }
     }
   }
+}
+
+/// The same commands with a gain of the servos in each row.
+cell::Experiment with_gain(cell::Experiment e, const std::function<double(double)>& gain) {
+  const Eigen::Index rows = e.data.values.rows(), columns = e.data.values.cols();
+  e.data.columns.emplace_back(cell::servo_gain_column);
+  e.data.values.conservativeResize(rows, columns + 1);
+  for (Eigen::Index k = 0; k < rows; ++k) e.data.values(k, columns) = gain(e.data.values(k, 0));
+  return e;
+}
+
+TEST_CASE("a gain of the servos in an experiment is a factor on their stiffness") {
+  const cell::Cell arm = pendulum(2);
+  cell::Cell stiffer = arm;
+  servo(stiffer).stiffness *= 2.5;
+  const cell::Experiment e = commands(3.0, 0.02, 2, swing);
+  const VectorXd found = joint1(arm, with_gain(e, [](double) { return 2.5; }));
+  CHECK((found - joint1(stiffer, e)).cwiseAbs().maxCoeff() < 1e-9);
+  CHECK((joint1(arm, with_gain(e, [](double) { return 1.0; })) - joint1(arm, e)).cwiseAbs().maxCoeff() == 0.0);
+}
+
+TEST_CASE("an arm whose motors are switched off swings by its weight alone") {
+  cell::Cell arm = pendulum();
+  arm.robot.gravity = {gravity, 0.0, 0.0};  // hangs along x at 0
+  const cell::Experiment e = commands(4.0, 0.005, 1, [](double, int) { return 0.1; });
+  const VectorXd found = joint1(arm, with_gain(e, [](double t) { return t < 1.0 ? 1.0 : 0.0; }));
+  const VectorXd t = e.data.column("t");
+  const double at = found[200], rate = std::sqrt(gravity * arm_length * mass / inertia);  // small swings from rest
+  for (Eigen::Index k = 200; k < t.size(); ++k) CHECK(std::abs(found[k] - at * std::cos(rate * (t[k] - 1.0))) < 2e-3);
+  CHECK_THROWS_WITH(joint1(arm, with_gain(e, [](double) { return -1.0; })), Contains("servo_gain"));
 }
 
 TEST_CASE("a motion begins where it was measured") {

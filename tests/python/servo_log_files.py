@@ -300,11 +300,29 @@ def headerless(folder, motions):
     return file
 
 
-def bam(file, t, qc, q, on=None):
+def bam(file, t, qc, q, on=None, kp=100):
     keys = ("timestamp", "goal_position", "position", "torque_enable")
     on = np.ones(len(t), bool) if on is None else on
     entries = [dict(zip(keys, (float(a), float(b), float(c), bool(d)))) for a, b, c, d in zip(t, qc, q, on)]
-    file.write_text(json.dumps({"mass": 0.49, "length": 0.1, "kp": 100, "motor": "xl330", "entries": entries}))
+    file.write_text(json.dumps({"mass": 0.49, "length": 0.1, "kp": kp, "motor": "xl330", "entries": entries}))
+    return file
+
+
+def csv(file, columns):
+    np.savetxt(file, np.column_stack(list(columns.values())), delimiter=",", header=",".join(columns), comments="")
+    return file
+
+
+PENDULUM = """<robot name="pendulum"><link name="base"/><link name="arm"><inertial><origin xyz="0 0 -0.1"/>
+<mass value="0.5"/><inertia ixx="2e-5" iyy="2e-5" izz="2e-5" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="motor" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 1 0"/>
+<limit lower="-3" upper="3" effort="1" velocity="12"/></joint></robot>"""
+PENDULUM_SERVO = ["cell.servo.cycle=0.02", "cell.servo.torque={stiffness: 20, damping: 1}"]  # which no URDF states
+
+
+def pendulum(folder: Path):
+    file = folder / "pendulum.urdf"
+    file.write_text(PENDULUM)
     return file
 
 

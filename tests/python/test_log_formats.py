@@ -210,6 +210,30 @@ def test_rows_without_motor_are_left_out(tmp_path):
     assert any("kp 100" in note for note in found.notes)
 
 
+def test_rows_without_motor_are_simulated_so_where_commands_move_the_arm(tmp_path):
+    motion = files.moved(seconds=10.0)
+    off = motion.t >= 6.0
+    columns = {"t": motion.t, **{f"cmd_{k + 1}": motion.qc[:, k] for k in range(3)}}
+    columns |= {f"pos_{k + 1}": motion.q[:, k] for k in range(3)} | {"torque_enabled": 1.0 - off}
+    log = files.csv(tmp_path / "log.csv", columns)
+    found = read_logs([log], files.file_of(tmp_path, files.servo_arm()), trust=True)
+    gains = np.concatenate([e.data["servo_gain"] for e in found.recording.experiments])
+    assert set(gains.tolist()) == {0.0, 1.0}
+    assert any("no command moves the arm there, and it is simulated so" in note for note in found.notes)
+    assert set(read_motion_log(log, files.servo_arm()).servo_gain.tolist()) == {0.0, 1.0}
+
+
+def test_gains_of_the_firmware_are_in_proportion_to_that_of_the_first_log(tmp_path):
+    arm = files.pendulum(tmp_path)
+    t = 0.01 * np.arange(600)
+    logs = [files.bam(tmp_path / f"{kp}.json", t, np.sin(t), 0.9 * np.sin(t - 0.1), kp=kp) for kp in (200, 800)]
+    found = read_logs(logs, arm, check="800.json", settings=files.PENDULUM_SERVO)
+    by_split = {str(e.split): e for e in found.recording.experiments}
+    assert "servo_gain" not in by_split["fit"].data
+    assert set(by_split["check"].data["servo_gain"].tolist()) == {4.0}
+    assert any("gains of the firmware (kp) of 200, 800" in note for note in found.notes)
+
+
 # What a file may not do
 
 

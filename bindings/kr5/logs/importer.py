@@ -18,6 +18,7 @@ from kr5.logs.log_checks import LogProblem, Origin, check_loads, check_positions
 from kr5.logs.log_file import read_log
 from kr5.logs.log_time import LogTimes, inside_span, is_measured, is_timed
 from kr5.logs.map_file import Clock, Experiment, Map, Source, Tool, column_family, load_map
+from kr5.logs.servo_gain import SERVO_GAIN
 from kr5.logs.sparse_columns import aligned, longest_step, never_complete
 from kr5.logs.values import Series, interpolate, low_pass, to_si, tool_poses
 
@@ -56,7 +57,8 @@ class Importer:
     def log(self, name: str | None, episode: int | None = None) -> Log:
         key = (self.log_file(name), episode)
         if key not in self.logs:
-            self.logs[key] = read_log(key[0], self.map.header, self.map.words, episode=episode)
+            keeps_off = any(SERVO_GAIN in e.sources for e in self.map.experiments)
+            self.logs[key] = read_log(key[0], self.map.header, self.map.words, episode=episode, keeps_off=keeps_off)
             for note in self.logs[key].notes:
                 self.note(note)
         return self.logs[key]
@@ -351,7 +353,8 @@ class Importer:
         if self.map.resample.every:
             self.note(f"rows every {self.map.resample.every:g} s ({self.method()})")
         smooth = name == "q" and is_measured(experiment)  # accelerations follow from it
-        return interpolate(s, grid, "cubic" if smooth else self.map.resample.method)
+        held = name == SERVO_GAIN  # which switches
+        return interpolate(s, grid, "previous" if held else "cubic" if smooth else self.map.resample.method)
 
     def method(self) -> str:
         return {"linear": "linear between rows", "cubic": "cubic spline", "previous": "the value before"}[

@@ -32,6 +32,7 @@ def read_json_log(file: Path) -> Log:
     if not log.columns:
         raise kr5.FileError(file, f"contains no rows of numbers; expected {EXPECTED}")
     single = {k: v for k, v in lists.items() if isinstance(v, (int, float, str)) and not isinstance(v, bool)}
+    log.stated = {k: float(v) for k, v in single.items() if not isinstance(v, str)}
     if single:
         told = ", ".join(
             f"{key} {value if isinstance(value, str) else format(value, 'g')}" for key, value in single.items()

@@ -12,7 +12,6 @@ import numpy.typing as npt
 import kr5
 from kr5.arm_log import names_time
 
-MOTOR_ON = re.compile(r"(torque|motors?|servos?|drives?|power)_?(is_)?(enabled?|on)$")
 SECONDS = re.compile(r"^(.*?)[._/]?(secs?)$")
 FRACTIONS = {"sec": ("nanosec", "nsec"), "secs": ("nsecs", "nanosecs")}  # [ns], beside the seconds
 
@@ -45,6 +44,8 @@ class Log:
     notes: list[str] = field(default_factory=list)  # what was done to the numbers when they were read
     arrays: dict[str, list[str]] = field(default_factory=dict)  # vectors of joints: their columns in their order
     percent_likely: bool = False  # the format may give positions in per cent of the range of a joint
+    stated: dict[str, float] = field(default_factory=dict)  # numbers beside the rows, by name
+    servo_gain_name: str = ""  # what the log calls the gain of its servos, where it has a column `servo_gain`
     labels: dict[str, str] = field(default_factory=dict)  # of columns of vectors: the joint, as the log names it
 
     def add_vector(self, name: str, values: npt.ArrayLike, stream: str, labels: Sequence[str] = ()) -> None:
@@ -111,27 +112,11 @@ class Log:
         self.lines = None if self.lines is None else self.lines[kept]
         return int((~kept).sum())
 
-    def drop_rows_without_motor(self) -> None:
-        """Leaves out the rows before and after the longest part in which the motors are on, where a column tells it: no
-        command moves an arm without them. Says so in a note."""
-        for name, state in list(self.columns.items()):
-            if (
-                not MOTOR_ON.search(name.lower())
-                or not np.isin(state, (0.0, 1.0)).all()
-                or not 0 < state.sum() < len(state)
-            ):
-                continue
-            stream = self.streams[name]
-            edges = np.flatnonzero(np.diff(np.concatenate([[0.0], state, [0.0]])))
-            first, last = max(edges.reshape(-1, 2).tolist(), key=lambda part: part[1] - part[0])
-            self.columns = {n: v[first:last] if self.streams[n] == stream else v for n, v in self.columns.items()}
-            self.texts = {n: cells[first:last] for n, cells in self.texts.items()}
-            self.lines = None if self.lines is None else self.lines[first:last]
-            self.notes.append(
-                f"{self.file.name}: {name} is 0 in {int(len(state) - state.sum())} of {len(state)} rows, in which the"
-                f" motor is off and no command moves it; rows {first + 1} to {last} are used"
-            )
-            return
+    def keep_rows(self, stream: str, rows: slice) -> None:
+        """Leaves out all other rows of a stream."""
+        self.columns = {n: v[rows] if self.streams[n] == stream else v for n, v in self.columns.items()}
+        self.texts = {n: cells[rows] for n, cells in self.texts.items()}
+        self.lines = None if self.lines is None else self.lines[rows]
 
     def column(self, name: str, where: str) -> np.ndarray:
         if name in self.text_columns:

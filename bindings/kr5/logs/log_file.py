@@ -25,6 +25,7 @@ from kr5.logs.mcap_file import read_mcap
 from kr5.logs.npz_file import read_npz
 from kr5.logs.parquet_file import read_parquet
 from kr5.logs.sage_folder import is_sage_folder, read_sage
+from kr5.logs.servo_gain import note_servo_gain
 from kr5.logs.torch_file import read_torch
 
 MOST_HEAD = 1000  # lines before the first numbers
@@ -116,12 +117,14 @@ def read_log(
     words: EntryWords = IN_MAP,
     unnamed: bool = False,
     episode: int | None = None,
+    keeps_off: bool = False,
 ) -> Log:
     """Reads a log. `header` names the columns, where the file has no names or others; `unnamed`: without, a text is
     read whose columns have no names, by their numbers; `words`: how errors say where to give them; `episode`: which
-    recording of a data set, where it has several."""
+    recording of a data set, where it has several; `keeps_off`: also rows in which the motors are off, with a column of
+    the gain of the servos, as an arm is simulated that its servos move."""
     log = _read_any(file, header, words, unnamed, episode)
-    log.drop_rows_without_motor()
+    note_servo_gain(log, keeps_off)
     return log
 
 

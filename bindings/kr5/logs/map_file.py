@@ -282,6 +282,7 @@ def column_family(column: str) -> str:
 
 ALL_FAMILIES = (
     *JOINT_FAMILIES,
+    "servo_gain",
     "wrench",
     "tool",
     "pose",

@@ -24,6 +24,7 @@ from kr5.logs.log import Log
 from kr5.logs.log_file import read_log
 from kr5.logs.map_file import names_of
 from kr5.logs.overrides import GivenEntries
+from kr5.logs.servo_gain import SERVO_GAIN, scale_gains
 from kr5.logs.sparse_columns import aligned, covered, never_complete
 from kr5.logs.two_arms import choices_text
 
@@ -81,12 +82,14 @@ def guess_map(
     sources, notes = log_sources(files, given.episodes)
     out.note(*notes)
     of_parts: list[LogSource] = []
+    logs: list[Log] = []  # of the parts
     for source in sources:
-        log = read_log(source.file, given.header, given.words, episode=source.episode)
+        log, of_log = _read_parts(source, cell, given)
         out.note(*log.notes)
-        for part in _parts_of(log, cell, given):
+        for part in of_log:
             parts.append(_read_part(part, cell, given, out, source.name))
             of_parts.append(source)
+            logs.append(log)
     if not parts:
         raise kr5.InvalidArgument("no log: expected at least one")
     for (raw, _, _), kept, end in zip(
@@ -95,6 +98,7 @@ def guess_map(
         raw.kept_to_check, raw.end = kept, end
         _report_end(raw, out)
     entries = split_parts([raw for raw, _, _ in parts], out.reasons)
+    out.note(*scale_gains([(log, columns) for log, (_, columns, _) in zip(logs, parts, strict=True)], entries[0][0]))
     episodes = [{} if s.episode is None else {"episode": s.episode} for s in of_parts]
     if len(parts) == 1:
         _, columns, clock = parts[0]
@@ -139,6 +143,19 @@ def _own_entries(part: tuple[RawPart, dict[str, Any], GuessedClock | None]) -> d
 
 def _beside(file: Path, output: Path | None) -> str:
     return str(file.absolute()) if output is None else os.path.relpath(file, output.parent)
+
+
+def _read_parts(source: LogSource, cell: kr5.cell.Cell, given: GivenEntries) -> tuple[Log, list[LogPart]]:
+    """A log and what it shows. Rows in which the motors are off stay, where commands move the arm by torque servos."""
+
+    def read(keeps_off: bool) -> tuple[Log, list[LogPart]]:
+        log = read_log(source.file, given.header, given.words, episode=source.episode, keeps_off=keeps_off)
+        return log, _parts_of(log, cell, given)
+
+    log, parts = read(cell.has_torque_servos and given.columns.get("qc", {}).get("from") != "measured")
+    if SERVO_GAIN in log.columns and any(p.kind != "motion" or p.families.first("qc") is None for p in parts):
+        return read(False)
+    return log, parts
 
 
 def _parts_of(log: Log, cell: kr5.cell.Cell, given: GivenEntries) -> list[LogPart]:
@@ -242,6 +259,8 @@ def _motion_columns(
     for family in [f for f in (qc if simulates else None, q, load) if f]:
         beside = {"q": qc, "qc": q}.get(family.name)
         _add_joints(columns, family, log, cell, given, out, where, beside)
+    if "qc" in columns and SERVO_GAIN in log.columns:
+        columns[SERVO_GAIN] = {"from": SERVO_GAIN, "unit": "-"}
     if "qc" not in columns:
         _use_measured(columns, part, cell, given, out, where)
     _note_others(found, columns, out, where)

@@ -22,6 +22,7 @@ from kr5.logs.log import Log
 from kr5.logs.log_file import read_log
 from kr5.logs.map_file import COMPONENTS
 from kr5.logs.overrides import GivenEntries, given_entries, parse_overrides
+from kr5.logs.servo_gain import SERVO_GAIN
 from kr5.logs.two_arms import choices_text
 
 MOST_JOINTS = 99
@@ -34,6 +35,7 @@ class MotionLog:
     times: np.ndarray  # from the beginning of the log [s]
     positions: np.ndarray  # measured [rad or m]
     commands: np.ndarray | None  # at the same times [rad or m]; None: none were logged
+    servo_gain: np.ndarray | None  # at the same times, as the firmware counts it, 0: motors off; None: not logged
     names: list[str]  # of the joints
     units: dict[str, str | list[str]]  # of `positions` and `commands` in the log
     columns: dict[str, list[str]]  # of the log
@@ -61,7 +63,7 @@ def read_motion_log(
     given = given_entries(of_map)
     if every is not None:
         given.clock = {"every": every}
-    log = read_log(Path(path), given.header, given.words, episode=episode)
+    log = read_log(Path(path), given.header, given.words, episode=episode, keeps_off=True)
     number = cell.robot.joints if cell is not None else _stated_number(given) or _number_of_joints(log)
     joints = list(cell.robot.joint_names) if cell is not None else []
     families = families_of(log, joints, number, stated_columns(given, number))
@@ -81,8 +83,10 @@ def read_motion_log(
         commands = values_at(times, log, qc, of_commands, arm, clock)
         units["commands"], named["commands"] = of_commands["unit"], qc.columns
         notes += [qc.note] if qc.note else []
+    stamps = log.columns.get(SERVO_GAIN)
+    gain = None if stamps is None or len(stamps) != len(known) else stamps[known]
     names = joints or [log.labels.get(column, f"joint{k + 1}") for k, column in enumerate(q.columns)]
-    return MotionLog(times, positions, commands, names, units, named, notes)
+    return MotionLog(times, positions, commands, gain, names, units, named, notes)
 
 
 def _stated_number(given: GivenEntries) -> int | None:

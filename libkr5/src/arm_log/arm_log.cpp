@@ -45,6 +45,12 @@ void ArmLog::validate(int joints) const {
                                            " is not later than the one before [s]; sort the rows, and leave out those "
                                            "of equal time");
   }
+  require(servo_gain.size() == 0 || servo_gain.size() == t.size(),
+          "servo_gain: found " + std::to_string(servo_gain.size()) + " numbers, expected " + std::to_string(t.size()) +
+              ": one for each time");
+  for (Index i = 0; i < servo_gain.size(); ++i)
+    require(servo_gain[i] >= 0.0 && std::isfinite(servo_gain[i]),
+            "servo_gain: row " + std::to_string(i) + ": expected a gain, or 0 for motors that are off");
   require(q.size() > 0 || command.size() > 0, "q: found neither positions nor commands; a motion needs one of them");
   require(effort.size() > 0 || current.size() > 0 || (q.size() > 0 && command.size() > 0),
           "effort: found neither efforts nor currents; log those of every joint, or commands and measured positions");

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <optional>
 
+#include <kr5/cell/servo_gain.hpp>
 #include <kr5/core/statistics.hpp>
 
 #include "joint_columns.hpp"
@@ -69,8 +70,8 @@ Following best_following(const VectorXd& q, const VectorXd& qc, Index most_lag) 
   return out;
 }
 
-/// The motion of an experiment, rows x joints, with the joints whose command moves; where none does, those that move by
-/// themselves.
+/// The motion of an experiment while its motors are on, rows x joints, with the joints whose command moves; where none
+/// does, those that move by themselves.
 struct Motion {
   VectorXd t;
   MatrixXd q, qc;
@@ -82,11 +83,24 @@ struct Motion {
   }
 };
 
+/// An experiment without the rows in which its motors are off.
+cell::Experiment while_on(cell::Experiment experiment) {
+  const VectorXd gain = cell::servo_gain(experiment.data);
+  if (gain.size() == 0) return experiment;
+  std::vector<Index> on;
+  for (Index i = 0; i < gain.size(); ++i)
+    if (gain[i] > 0.0) on.push_back(i);
+  experiment.data.values = experiment.data.values(on, Eigen::all).eval();
+  return experiment;
+}
+
 std::optional<Motion> commanded_motion(const cell::Cell& cell, const cell::Experiment& experiment) {
   const bool both = has_column(experiment, "qc1") && has_column(experiment, "q1");
   if (experiment.kind != cell::Kind::Motion || !both || experiment.data.values.rows() < fewest_command_rows) return {};
   const int n = cell.robot.joints();
-  const cell::Experiment whole = cell::with_lead_in(experiment);  // also what is simulated and not judged was measured
+  // Also what is simulated and not judged was measured.
+  const cell::Experiment whole = while_on(cell::with_lead_in(experiment));
+  if (whole.data.values.rows() < fewest_command_rows) return {};
   Motion out{whole.data.column("t"), joint_columns(whole, "q", n), joint_columns(whole, "qc", n), {}, {}};
   for (int k = 0; k < n; ++k)
     if (span_of(out.qc.col(k)) >= commanded) out.moving.push_back(k);

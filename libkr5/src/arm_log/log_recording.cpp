@@ -8,6 +8,7 @@
 
 #include <kr5/arm_log/measured_positions.hpp>
 #include <kr5/arm_log/motion_split.hpp>
+#include <kr5/cell/servo_gain.hpp>
 #include <kr5/core/error.hpp>
 #include <kr5/physics/effective_arm.hpp>
 #include <kr5/physics/effective_drives.hpp>
@@ -24,7 +25,7 @@ constexpr std::size_t fewest_kept_rows = 10;  // of an experiment once its ends 
 
 /// A log whose times count from its beginning, with one family of loads, and what stands for its motion.
 struct MotionLog {
-  VectorXd t;
+  VectorXd t, servo_gain;
   MatrixXd q, command, loads;
   std::string family;  // of the loads: tau or i; empty where none were logged
   bool commanded = false;
@@ -36,6 +37,7 @@ MotionLog motion_log(const ArmLog& log, const cell::Cell& cell) {
   out.commanded = log.command.size() > 0 && cell.servo && (!cell.servo->joint.empty() || cell.has_torque_servos());
   out.q = log.q.size() > 0 ? log.q : log.command;
   if (out.commanded) out.command = log.command;
+  if (out.commanded && cell.has_torque_servos()) out.servo_gain = log.servo_gain;
   out.family = log.effort.size() > 0 ? "tau" : log.current.size() > 0 ? "i" : "";
   out.loads = log.effort.size() > 0 ? log.effort : log.current;
   return out;
@@ -53,14 +55,20 @@ double settle_time(const cell::TorqueServo& servo, double inertia) {
 }
 
 /// A table of a motion: columns by family, rows x joints.
-io::Table motion_table(const VectorXd& t, const std::vector<std::pair<std::string, MatrixXd>>& families, int joints) {
+io::Table motion_table(const VectorXd& t, const std::vector<std::pair<std::string, MatrixXd>>& families, int joints,
+                       const VectorXd& servo_gain = {}) {
   io::Table out;
-  out.values.resize(t.size(), 1 + joints * static_cast<Index>(families.size()));
+  out.values.resize(t.size(),
+                    1 + joints * static_cast<Index>(families.size()) + static_cast<Index>(servo_gain.size() > 0));
   Index at = 0;
   for (const cell::Column& column : cell::columns(cell::Kind::Motion, joints)) {
     if (column.name == "t") {
       out.columns.push_back("t");
       out.values.col(at++) = t;
+    }
+    if (column.name == cell::servo_gain_column && servo_gain.size() > 0) {
+      out.columns.push_back(column.name);
+      out.values.col(at++) = servo_gain;
     }
     for (const auto& [family, values] : families)
       for (int k = 0; k < joints; ++k) {
@@ -150,7 +158,8 @@ cell::Experiment commanded_experiment(const MotionLog& log, bool measured, int j
   if (!log.family.empty()) families.emplace_back(log.family, log.loads(rows, Eigen::all));
   if (measured) families.emplace_back("q", log.q(rows, Eigen::all));
   cell::Experiment out = motion_experiment(span, number);
-  out.data = motion_table(log.t(rows), families, joints);
+  const VectorXd gain = log.servo_gain.size() > 0 ? VectorXd(log.servo_gain(rows)) : VectorXd();
+  out.data = motion_table(log.t(rows), families, joints, gain);
   return cell::split_lead_in(out, span.lead_in);
 }
 

@@ -5,6 +5,7 @@
 #include <map>
 #include <utility>
 
+#include <kr5/cell/servo_gain.hpp>
 #include <kr5/core/error.hpp>
 
 namespace kr5::cell {
@@ -72,6 +73,10 @@ struct Builder {
 void motion(Builder& b) {
   b.given("t", "s", "time");
   b.each_joint("qc", {.unit = "rad or m", .label = "commanded position"});
+  b.list.push_back({.name = servo_gain_column,
+                    .unit = "-",
+                    .group = servo_gain_column,  // of its own, since it need not be there
+                    .label = "gain of the torque servos over that of the cell, 0 while they are off"});
   b.each_joint("q", {.role = Role::Predicted,
                      .unit = "rad or m",
                      .noise = "position",

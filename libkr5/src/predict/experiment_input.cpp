@@ -11,7 +11,7 @@ ExperimentInput::ExperimentInput(const cell::Experiment& experiment, int joints)
     : experiment_(experiment), joints_(joints) {
   if (rows() == 0) fail("has no rows");
   for (const cell::Column& column : cell::columns(experiment.kind, joints)) {
-    if (column.role != cell::Role::Given) continue;
+    if (column.role != cell::Role::Given || (!column.group.empty() && !has(column.name))) continue;
     const auto values = (*this)[column.name];
     for (Index i = 0; i < rows(); ++i)
       if (!std::isfinite(values[i]))

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "predict/moving_kinds.hpp"
 
+#include <kr5/cell/servo_gain.hpp>
 #include <kr5/core/delayed_log.hpp>
 #include <kr5/force/peg_on_tube.hpp>
 #include <kr5/physics/contact.hpp>
@@ -163,7 +164,12 @@ ServoMotion servo_motion(const cell::Cell& cell, const ExperimentInput& input, c
   const MatrixXd command = input.joints("qc");
   VectorXd start = (input.has("q1") ? input.joints("q") : command).row(0).transpose();
   if (!start.allFinite()) start = command.row(0).transpose();
-  return move_by_servos(cell, t, command, start);
+  const VectorXd gain = input.has(cell::servo_gain_column) ? VectorXd(input[cell::servo_gain_column]) : VectorXd();
+  for (Index k = 0; k < gain.size(); ++k)
+    if (!(gain[k] >= 0.0 && std::isfinite(gain[k])))
+      input.fail("column '" + std::string(cell::servo_gain_column) + "', row " + std::to_string(k + 1) + ": found " +
+                 std::to_string(gain[k]) + ", expected a gain, or 0 for motors that are off");
+  return move_by_servos(cell, t, command, start, gain);
 }
 
 /// Torques of the servos as the drives show them: beside what turns the rotors, as currents where there are motors.

@@ -170,13 +170,14 @@ struct Action {
 
 class ServoArm {
  public:
-  ServoArm(const cell::Cell& cell, const VectorXd& t, const MatrixXd& command, const VectorXd& start)
+  ServoArm(const cell::Cell& cell, const VectorXd& t, const MatrixXd& command, const VectorXd& start, double gain)
       : drives_(cell),
         dynamics_(physics::EffectiveArm(cell).dynamics((t[0] + t[t.size() - 1]) / 2)),
         rotors_(drives_.rotor_matrix()),
         servos_(physics::torque_servos(cell)),
         friction_(start.size()),
-        x_(start) {
+        x_(start),
+        gain_(gain) {
     const Index n = start.size();
     require(drives_.rigid(),
             "effects: an elastic joint and play are not simulated behind torque servos (servo.torque); leave "
@@ -197,18 +198,22 @@ class ServoArm {
     note_gear_torque();
   }
 
-  /// The longest step that follows the joints on their servos: how they swing, or creep where damping is strong [s].
-  double step() const {
+  /// The longest step that follows the joints on their servos at the highest of their gains: how they swing, or creep
+  /// where damping is strong [s].
+  double step(double highest_gain) const {
     double out = servo_arm_step;
     for (std::size_t i = 0; i < servos_.size(); ++i) {
       const auto k = static_cast<Index>(i);
-      const double rate = std::sqrt(std::max(servos_[i].stiffness, 1e-12) / M_(k, k));
+      const double rate = std::sqrt(std::max(highest_gain * servos_[i].stiffness, 1e-12) / M_(k, k));
       const double ratio = servos_[i].damping / (2.0 * rate * M_(k, k));
       const double slowest = ratio > 1.0 ? rate / (ratio + std::sqrt(ratio * ratio - 1.0)) : rate;
       out = std::min(out, angle_per_step / slowest);
     }
     return std::max(out, shortest_step);
   }
+
+  /// Factor on the stiffness of all servos from now on; 0: they are off.
+  void set_gain(double gain) { gain_ = gain; }
 
   void advance(double begin, double end, int steps) {
     const double h = (end - begin) / steps;
@@ -250,13 +255,16 @@ class ServoArm {
     for (Index i = 0; i < x_.size(); ++i) {
       const auto k = static_cast<std::size_t>(i);
       const double u = commands_[k].mean(t, t + shortest_step);
-      torque_[i] = physics::servo_torque(servos_[k], u - x_[i], 0.0, 0.0, 0.0);
+      cell::TorqueServo servo = servos_[k];
+      servo.stiffness *= gain_;
+      torque_[i] = physics::servo_torque(servo, u - x_[i], 0.0, 0.0, 0.0);
     }
   }
 
   /// How the servo of a joint acts, if a stage of length h ends with the speed w: its own line, or the bound that it
   /// reaches.
   Action action(std::size_t i, double h, double w) const {
+    if (gain_ == 0.0) return {};
     const cell::TorqueServo& s = servos_[i];
     const auto k = static_cast<Index>(i);
     const double u = command_[k], x = from_x_[k] + h * w;
@@ -264,8 +272,8 @@ class ServoArm {
     const double held = s.integral * (from_integral_[k] + h * physics::effective_error(s, error));
     const bool inside = std::abs(error) <= s.dead_band && s.dead_band > 0.0;
     const double edge = inside ? 0.0 : std::copysign(s.dead_band, error);
-    Action line{held + s.feed_forward * rate_[k] + (inside ? 0.0 : s.stiffness * (u - edge)),
-                inside ? 0.0 : s.stiffness, s.damping};
+    const double stiffness = inside ? 0.0 : gain_ * s.stiffness;
+    Action line{held + s.feed_forward * rate_[k] + stiffness * (u - edge), stiffness, s.damping};
     const double asked = line.torque(x, w), given = physics::effective_torque(s, asked);
     for (const double side : {-1.0, 1.0}) {
       const physics::TorqueBound bound = physics::torque_bound(s, side, w);
@@ -354,7 +362,7 @@ class ServoArm {
   /// What a servo integrates: nothing while it gives all that it can.
   double error_at(Index i, double x) const {
     const auto k = static_cast<std::size_t>(i);
-    return actions_[k].bounded ? 0.0 : physics::effective_error(servos_[k], command_[i] - x);
+    return actions_[k].bounded || gain_ == 0.0 ? 0.0 : physics::effective_error(servos_[k], command_[i] - x);
   }
 
   physics::EffectiveDrives drives_;
@@ -371,17 +379,22 @@ class ServoArm {
   VectorXd x_mid_, v_mid_, last_, dry_;                      // of a step, so that none is allocated
   MatrixXd M_, A_;
   bool loaded_ = false;  // some friction asks for the torque through its gear
+  double gain_ = 1.0;    // of all servos
 };
 
 }  // namespace
 
-ServoMotion move_by_servos(const cell::Cell& cell, const VectorXd& t, const MatrixXd& command, const VectorXd& start) {
-  ServoArm arm(cell, t, command, start);
-  const double step = arm.step();
+ServoMotion move_by_servos(const cell::Cell& cell, const VectorXd& t, const MatrixXd& command, const VectorXd& start,
+                           const VectorXd& gain) {
+  ServoArm arm(cell, t, command, start, gain.size() > 0 ? gain[0] : 1.0);
+  const double step = arm.step(gain.size() > 0 ? gain.maxCoeff() : 1.0);
   const MatrixXd none = MatrixXd::Zero(command.rows(), command.cols());
   ServoMotion out{none, none, none, none};
   for (Index k = 0; k < t.size(); ++k) {
-    if (k > 0) arm.advance(t[k - 1], t[k], std::max(1, static_cast<int>(std::ceil((t[k] - t[k - 1]) / step - 1e-9))));
+    if (k > 0) {
+      if (gain.size() > 0) arm.set_gain(gain[k - 1]);
+      arm.advance(t[k - 1], t[k], std::max(1, static_cast<int>(std::ceil((t[k] - t[k - 1]) / step - 1e-9))));
+    }
     out.x.row(k) = arm.x();
     out.v.row(k) = arm.v();
     out.a.row(k) = arm.a();

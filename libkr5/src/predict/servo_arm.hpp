@@ -13,13 +13,14 @@ struct ServoMotion {
   Eigen::MatrixXd torque;   ///< Of the servos, on the joint side [N m or N].
 };
 
-/// Moves an arm from rest at `start` by commands at times t, all joints coupled through rigid gears.
+/// Moves an arm from rest at `start` by commands at times t, all joints coupled through rigid gears. `gain`: of the
+/// servos from each row to the next (cell::servo_gain_column); empty: 1.
 ///
 /// Steps of two implicit stages: second order, stable for any stiffness, and without swings that are faster than a
 /// step. Dry friction is a set: it holds a joint until more than its level pulls, and is found for all joints together.
 /// Commands act by their mean over a step, so that motions change smoothly with a delay.
 /// @throws InvalidArgument naming the field, for elastic gears, for play, and for links without mass and rotors.
 ServoMotion move_by_servos(const cell::Cell& cell, const Eigen::VectorXd& t, const Eigen::MatrixXd& command,
-                           const Eigen::VectorXd& start);
+                           const Eigen::VectorXd& start, const Eigen::VectorXd& gain = {});
 
 }  // namespace kr5::predict

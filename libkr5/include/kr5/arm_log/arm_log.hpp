@@ -16,6 +16,8 @@ struct ArmLog {
   Eigen::MatrixXd command;  ///< Setpoints of the joints [rad or m].
   Eigen::MatrixXd effort;   ///< Of the drives, on the joint side [N m or N].
   Eigen::MatrixXd current;  ///< Of the motors [A].
+  /// Stiffness of the torque servos over that of the model [-]; 0: the motors are off. Of an arm with torque servos.
+  Eigen::VectorXd servo_gain;
 
   /// @throws InvalidArgument naming field, row and joint: sizes that do not fit each other or the model, numbers that
   ///         are not finite, times that do not rise, nothing that moves or nothing to compare.
@@ -28,6 +30,8 @@ struct ArmLog {
     visit("effort", self.effort,
           "Torques of the drives on the joint side, rows x joints; empty: not logged [N m or N].");
     visit("current", self.current, "Currents of the motors, rows x joints; empty: not logged [A].");
+    visit("servo_gain", self.servo_gain,
+          "Stiffness of the torque servos over that of the model, 0 while the motors are off; empty: 1 [-].");
   }
 };
 
