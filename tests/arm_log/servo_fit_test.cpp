@@ -1,10 +1,12 @@
 #include <kr5/arm_log/servo_fit.hpp>
 
+#include <algorithm>
 #include <cmath>
 
 #include <catch2/catch.hpp>
 
 #include <kr5/arm_log/log_recording.hpp>
+#include <kr5/cell/effect.hpp>
 #include <kr5/core/error.hpp>
 
 #include "arm_log/servo_arms.hpp"
@@ -25,6 +27,14 @@ double truth(const cell::Cell& arm, const std::string& effect, int joint) {
   if (effect == "coulomb_friction") return arm.drives->friction.coulomb[joint];
   if (effect == "rotor_inertia") return arm.drives->rotor_inertia[joint];
   return servo.delay;
+}
+
+/// The same commands to servos of another gain.
+arm_log::ArmLog with_gain(arm_log::ArmLog log, cell::Cell arm, double gain) {
+  for (cell::TorqueServo& servo : arm.servo->torque) servo.stiffness *= gain;
+  log.q = encoder_readings(servo_positions(arm, log.t, log.command));
+  log.servo_gain = Eigen::VectorXd::Constant(log.t.size(), gain);
+  return log;
 }
 
 int joint_of(const std::string& target) { return target.starts_with("joint") ? target.back() - '1' : -1; }
@@ -49,6 +59,38 @@ TEST_CASE("servos, friction and rotors are found from gains of another scale", "
     const double right = truth(arm, e.effect, joint_of(e.target));
     INFO(e.effect << "." << e.target << ": " << p.value[0] << " +- " << p.std[0] << ", truth " << right);
     CHECK(std::abs(p.value[0] - right) < 5 * p.std[0] + 0.1 * std::abs(right) + 2e-3);
+  }
+}
+
+TEST_CASE("friction that grows with the load and the scale of a gain are found from logs of two gains") {
+  const auto seed = static_cast<std::uint64_t>(GENERATE(7651, 7652, 7653));
+  Random random(seed);
+  cell::Cell arm = servo_arm(2, random);
+  arm.robot.links[1].mass = random.uniform(1.0, 1.5);  // a load that changes with the angle
+  const double coefficient = random.uniform(0.25, 0.5), gain = random.uniform(2.0, 4.0);
+  const cell::Cell model = ignorant(arm, random);
+  cell::set_effect(arm, "load_friction", "joint2", "coefficient", coefficient);
+  cell::Recording recording = arm_log::record_log(servo_log(arm, random, 20.0), model).recording;
+  const arm_log::ArmLog other = with_gain(servo_log(arm, random, 20.0), arm, gain);
+  for (cell::Experiment& e : recording.experiments) e.split = cell::Split::Fit;
+  cell::Experiment judged = arm_log::record_log(other, model).recording.experiments.front();
+  judged.name = "judged";
+  judged.split = cell::Split::Check;
+  recording.experiments.push_back(judged);
+  recording.cell.noise.position = 4e-4;
+  const gap::JointFit found = arm_log::identify_servos(recording);
+  for (const gap::FittedEffect& e : found.effects)
+    UNSCOPED_INFO(e.effect << "." << e.target << " " << e.parameters.front().value[0] << " +- "
+                           << e.parameters.front().std[0] << ", departs by " << e.departure);
+  for (const gap::ColumnFit& c : found.columns) UNSCOPED_INFO(c.column << " leaves " << c.after / c.noise << " noise");
+  const auto law = std::ranges::find_if(
+      found.effects, [](const auto& e) { return e.effect == "load_friction" && e.target == "joint2"; });
+  REQUIRE(law != found.effects.end());
+  CHECK(law->parameters.front().value[0] == Approx(coefficient).epsilon(0.15));
+  CHECK(law->departure > arm_log::surely_different);
+  for (const gap::ColumnFit& column : found.columns) {
+    INFO(column.column << ": after " << column.after << ", judged " << column.check_after);
+    CHECK(column.check_after < 2.0 * column.noise);
   }
 }
 

@@ -137,6 +137,22 @@ TEST_CASE("servos of another scale, friction and rotors that a model lacks are n
   }
 }
 
+TEST_CASE("of servos that move as no law describes, what is sure is named beside what is left", "[not_sanitized]") {
+  Random random(7851);
+  const cell::Cell arm = servo_arm(2, random);
+  cell::Cell model = ignorant(arm, random);
+  for (cell::TorqueServo& servo : model.servo->torque) servo = {.stiffness = 500.0, .damping = 5.0};
+  arm_log::ArmLog log = servo_log(arm, random);
+  for (Eigen::Index i = 0; i < log.t.size(); ++i)  // of whatever the arm stands on
+    for (int j = 0; j < 2; ++j) log.q(i, j) += 0.06 * std::sin(2.9 * log.t[i] + j) * std::sin(0.31 * log.t[i]);
+  const gap::Diagnosis found = arm_log::diagnose_log(log, model).diagnosis;
+  INFO(text(found));
+  CHECK(found.verdict == gap::Verdict::PartlyExplained);
+  CHECK(names_cause(found, "servo_stiffness", "joint2"));
+  const std::vector<std::string> own = arm_log::servo_effects();
+  for (const gap::Cause& cause : found.causes) CHECK(std::ranges::find(own, cause.effect) != own.end());
+}
+
 TEST_CASE("commands and positions alone need a model that states its servos") {
   Random random(7300);
   cell::Cell arm = servo_arm(3, random);

@@ -31,7 +31,6 @@ FITTED = 4  # of 12 motions of the SO-101
 BETTER = 1.9  # times lower than the better nominal model
 FOREIGN = ("payload", "link_mass", "link_com", "torque_ripple")  # which a sound arm of known links does not have
 SURE = 2.0  # standard deviations of a difference
-PENDULUM_FITTED = 2  # of 4 motions of a gain
 STARTS = shlex.split(STATED_SERVOS)  # as the error names them
 
 
@@ -43,13 +42,16 @@ def found_delay(answer: Answer) -> float:
     return 0.0
 
 
-def kr5_positions(cell: kr5.cell.Cell, motion: MotionLog) -> np.ndarray:
-    """Where kr5 sees the arm of a cell, rows x joints [rad]."""
+def kr5_positions(cell: kr5.cell.Cell, motion: MotionLog, gain: float = 1.0) -> np.ndarray:
+    """Where kr5 sees the arm of a cell, rows x joints [rad]. gain: of the firmware, that is the servo of the cell."""
     assert motion.commands is not None, "asked for with commands"
     joints = range(cell.robot.joints)
     experiment = kr5.cell.Experiment(name="m", kind="motion", file="m.csv", split="check")
     names = ["t", *(f"{stem}{k + 1}" for stem in ("qc", "q") for k in joints)]
-    experiment.data = kr5.io.Table(names, np.column_stack([motion.times, motion.commands, motion.positions]))
+    columns = [motion.times, motion.commands, motion.positions]
+    if motion.servo_gain is not None:
+        names, columns = [*names, "servo_gain"], [*columns, motion.servo_gain / gain]
+    experiment.data = kr5.io.Table(names, np.column_stack(columns))
     shown = kr5.predict.FastSimulator().predict(cell, experiment)
     return np.column_stack([shown[f"q{k + 1}"] for k in joints])
 
@@ -193,22 +195,22 @@ def joint_values(one: FromModel) -> dict[str, tuple[float, float]]:
 
 
 def pendulum_rows(folder: Path) -> list[Row]:
-    """Each gain of the firmware by itself, since a log of another one has another servo."""
+    """Fitted on the logs of one gain of the firmware and judged by those of the other, both ways."""
     logs: dict[int, list[Path]] = {}
     for file in sorted(folder.glob("*.json")):
         logs.setdefault(int(json.loads(file.read_text(encoding="utf-8"))["kp"]), []).append(file)
-    return [pendulum_row(folder / "pendulum.urdf", gain, files) for gain, files in logs.items()]
+    pairs = [(gain, other) for gain in logs for other in logs if other != gain]
+    return [pendulum_row(folder / "pendulum.urdf", gain, logs[gain], other, logs[other]) for gain, other in pairs]
 
 
-def pendulum_row(model: Path, gain: int, files: Sequence[Path]) -> Row:
-    fitted, judged = files[:PENDULUM_FITTED], files[PENDULUM_FITTED:]
-    what = f"XL330, fitted on {len(fitted)} motions of gain {gain} and judged on the other {len(judged)} of this gain"
+def pendulum_row(model: Path, gain: int, fitted: Sequence[Path], other: int, judged: Sequence[Path]) -> Row:
+    what = f"XL330, fitted on {len(fitted)} motions of gain {gain} and judged on {len(judged)} of gain {other}"
     wanted = "load_friction before Stribeck; error below the best published model's; ≤ 10 s"
     with tempfile.TemporaryDirectory() as made:
         place = Path(made)
-        for file in (model, *files):
+        for file in (model, *fitted, *judged):
             shutil.copy(file, place)
-        names, judged_by = [f.name for f in files], ",".join(f.name for f in judged)
+        names, judged_by = [f.name for f in (*fitted, *judged)], ",".join(f.name for f in judged)
         answer = run_gap(
             "diagnose", place, *names, "--model", model.name, *STARTS, "--check", judged_by,
             "--write-cell", "tuned.yaml",
@@ -217,7 +219,7 @@ def pendulum_row(model: Path, gain: int, files: Sequence[Path]) -> Row:
             return Row(what, f"refused: {answer.refusal}", wanted, False)
         tuned = kr5.cell.load_cell(place / "tuned.yaml")
         motions = [read_motion_log(f, tuned) for f in judged]
-    error = mean_error([kr5_positions(tuned, m) for m in motions], motions)
+    error = float(np.mean(np.concatenate([errors_while_on(tuned, m, gain) for m in motions])))
     peers = {servo.name: float(np.mean(np.concatenate([mean_errors(servo, f) for f in judged]))) for servo in XL330}
     best = min(peers.values())
     causes = [effect for effect, _ in answer.causes]
@@ -229,3 +231,11 @@ def pendulum_row(model: Path, gain: int, files: Sequence[Path]) -> Row:
         first and error < best and answer.seconds <= 10,
         ", ".join(f"{name} {1e3 * value:.3g} mrad" for name, value in peers.items()),
     )
+
+
+def errors_while_on(cell: kr5.cell.Cell, motion: MotionLog, gain: int) -> np.ndarray:
+    """Sizes of what a cell leaves of the positions while the motor is on, as of the published models [rad]. gain: that
+    of the logs by which the cell was fitted."""
+    assert motion.servo_gain is not None, "BAM states it"
+    errors = np.abs(kr5_positions(cell, motion, gain) - motion.positions)
+    return np.asarray(errors[motion.servo_gain > 0].ravel())

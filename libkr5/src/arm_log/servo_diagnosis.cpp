@@ -8,6 +8,7 @@
 #include <vector>
 
 #include <kr5/arm_log/servo_fit.hpp>
+#include <kr5/physics/torque_servo.hpp>
 
 namespace kr5::arm_log {
 
@@ -64,26 +65,57 @@ std::vector<gap::ColumnError> errors_of(const gap::JointFit& fit, std::vector<ga
   return known;
 }
 
+/// Effects that differ from the model beyond doubt.
+std::vector<gap::FittedEffect> sure_effects(const gap::JointFit& fit) {
+  std::vector<gap::FittedEffect> out;
+  for (const gap::FittedEffect& e : fit.effects)
+    if (e.departure > surely_different) out.push_back(e);
+  return out;
+}
+
+/// Whether the servos of the model are of the scale of those of the log in most joints, so that slopes at the model
+/// lead to them. A single joint of several may be bent by what its servo is not.
+bool of_the_scale(const cell::Cell& model, const gap::JointFit& fit) {
+  constexpr double times = 3.0;
+  const int joints = model.robot.joints();
+  int others = 0;
+  for (int j = 0; j < joints; ++j) {
+    const double ratio = physics::servo_stiffness(fit.cell, j) / std::max(physics::servo_stiffness(model, j), 1e-12);
+    if (ratio > times || ratio < 1.0 / times) ++others;
+  }
+  return others < std::max((joints + 1) / 2, std::min(joints, 2));
+}
+
+/// Whether what servos leave is so little that further effects may explain it to the noise.
+bool nearly_explains(const gap::JointFit& fit) {
+  constexpr double times = 10.0;
+  return std::ranges::all_of(fit.columns, [](const gap::ColumnFit& c) { return c.after < times * c.noise; });
+}
+
 }  // namespace
 
 gap::Diagnosis diagnose_servos(const cell::Recording& recording, const cell::Simulator& simulator,
                                const gap::DiagnoseOptions& options) {
   const gap::JointFit fit = fitted_servos(recording, options);
   gap::DiagnoseOptions search = options;
-  if (may_be_bent(fit)) {
+  const bool real = !nearly_explains(fit) && !of_the_scale(recording.cell, fit);
+  if (!real && may_be_bent(fit)) {
     search.progress = part_of(options, fit_part, nominal_part);
     gap::Diagnosis out = gap::diagnose(recording, simulator, search);
     if (has_answer(out)) return out;
   }
-  search.start = fit.effects;
-  search.progress = part_of(options, nominal_part, first_part);
-  gap::Diagnosis out = gap::diagnose(recording, simulator, search);
   const bool errors_stated = !options.simulator_errors.empty() && !options.errors_of_recording;
-  if (has_answer(out) || errors_stated) return out;
-  search.simulator_errors = errors_of(fit, options.simulator_errors);
+  if (!real) {
+    search.start = fit.effects;
+    search.progress = part_of(options, nominal_part, first_part);
+    gap::Diagnosis out = gap::diagnose(recording, simulator, search);
+    if (has_answer(out) || errors_stated) return out;
+  }
+  search.start = sure_effects(fit);
+  if (!errors_stated) search.simulator_errors = errors_of(fit, options.simulator_errors);
   search.errors_of_recording = true;
   search.progress = part_of(options, first_part, 1.0);
-  return gap::diagnose(recording, simulator, search);
+  return gap::diagnose_start(recording, simulator, search);
 }
 
 }  // namespace kr5::arm_log

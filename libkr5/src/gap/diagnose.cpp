@@ -37,7 +37,10 @@ void DiagnoseOptions::validate() const {
   }
 }
 
-Diagnosis diagnose(const cell::Recording& recording, const cell::Simulator& simulator, const DiagnoseOptions& asked) {
+namespace {
+
+Diagnosis diagnosis_of(const cell::Recording& recording, const cell::Simulator& simulator, const DiagnoseOptions& asked,
+                       bool chosen) {
   asked.validate();
   recording.cell.validate();
   const auto start = std::chrono::steady_clock::now();
@@ -48,15 +51,28 @@ Diagnosis diagnose(const cell::Recording& recording, const cell::Simulator& simu
 
   const CompareOutput compared = compare_stage(reset ? *reset : recording, simulator, options);
   const NoiseOutput noise = noise_stage(compared, options);
-  const ScreenOutput screened = screen_stage(noise, options);
+  const ScreenOutput screened = chosen ? start_stage(noise, options) : screen_stage(noise, options);
   const double seconds_screening = seconds();
-  const JudgeOutput judged = judge_stage(screened, search_stage(screened, options), options);
+  const JudgeOutput judged = chosen ? judge_stage(screened, start_search(screened), options, Blame::All)
+                                    : judge_stage(screened, search_stage(screened, options), options);
   Diagnosis out = report_stage(compared, noise, screened, judged, options);
 
   out.clock_reset = reset.has_value();
   out.seconds_screening = seconds_screening;
   out.seconds = seconds();
   return out;
+}
+
+}  // namespace
+
+Diagnosis diagnose(const cell::Recording& recording, const cell::Simulator& simulator, const DiagnoseOptions& options) {
+  return diagnosis_of(recording, simulator, options, false);
+}
+
+Diagnosis diagnose_start(const cell::Recording& recording, const cell::Simulator& simulator,
+                         const DiagnoseOptions& options) {
+  require(!options.start.empty(), "start: found no effect, expected those that are blamed");
+  return diagnosis_of(recording, simulator, options, true);
 }
 
 }  // namespace kr5::gap

@@ -34,6 +34,8 @@ constexpr double weak_prior = 50.0;
 /// Rounds of a fit with the noise that the one before left, and the factor from which that is the same.
 constexpr int most_rounds = 3;
 constexpr double same_noise = 0.8;
+/// Part of the squares of a residual that is no noise, of which a step that takes away less leads nowhere.
+constexpr double worthless_part = 5e-4;
 /// Rows of a residual that is no noise which say about the same, at most.
 constexpr double most_rows_alike = 50.0;
 
@@ -67,13 +69,16 @@ struct JointData {
   }
 
   /// Gain at which a fit ends. Where the residuals are not noise but what the model cannot show, which is the same over
-  /// many rows, a row is worth less.
-  double least_gain() const {
-    double alike = 0.0;
-    for (const Block& block : data.blocks)
-      alike +=
-          std::clamp(block.inflation * block.inflation, 1.0, most_rows_alike) / static_cast<double>(data.blocks.size());
-    return FitOptions{}.least_gain * alike;
+  /// many rows, a row is worth less; of a coarse fit a small part of them is worth nothing.
+  double least_gain(bool coarse) const {
+    double alike = 0.0, unshown = 0.0;
+    for (const Block& block : data.blocks) {
+      const double square = block.inflation * block.inflation;
+      alike += std::clamp(square, 1.0, most_rows_alike) / static_cast<double>(data.blocks.size());
+      if (block.split == cell::Split::Fit)
+        unshown += std::clamp((square - 1.0) / most_rows_alike, 0.0, 1.0) * static_cast<double>(block.rows);
+    }
+    return FitOptions{}.least_gain * alike + (coarse ? worthless_part * unshown : 0.0);
   }
 
   ComparisonData data;
@@ -82,12 +87,13 @@ struct JointData {
 
 /// The effects asked for on each target of the cell, in the order asked for.
 std::vector<std::unique_ptr<Candidate>> candidates_of(const cell::Recording& recording,
-                                                      const std::vector<std::string>& effects) {
+                                                      const JointFitOptions& options) {
   std::vector<std::unique_ptr<Candidate>> out;
   const std::vector<Hypothesis> all = hypotheses(recording.cell, span_of(recording));
-  for (const std::string& id : effects)
+  for (const std::string& id : options.effects)
     for (const Hypothesis& h : all) {
-      if (h.effect != id) continue;
+      if (h.effect != id || (!options.only.empty() && std::ranges::find(options.only, h.name()) == options.only.end()))
+        continue;
       require(h.size() == 1 && !h.coordinates.front().whole,
               "effects: " + id + " has several parameters, or whole ones; expected effects of one number a joint");
       out.push_back(std::make_unique<Candidate>(Candidate{h, {}, {}}));
@@ -96,9 +102,9 @@ std::vector<std::unique_ptr<Candidate>> candidates_of(const cell::Recording& rec
   return out;
 }
 
-/// Parts at the values of the cell, which may act in every experiment.
+/// Parts at the values of the cell, which act in the experiments to fit: those to check are simulated once, at the end.
 std::vector<Part> parts_of(const ComparisonData& data, const std::vector<std::unique_ptr<Candidate>>& candidates) {
-  const std::vector<int> experiments = compared_experiments(data);
+  const std::vector<int> experiments = experiments_of_split(data, compared_experiments(data), cell::Split::Fit);
   std::vector<Part> out;
   for (const std::unique_ptr<Candidate>& candidate : candidates) {
     candidate->experiments = experiments;
@@ -108,7 +114,8 @@ std::vector<Part> parts_of(const ComparisonData& data, const std::vector<std::un
 }
 
 /// Fits until the noise that it leaves is the one it was fitted by; in units of that noise.
-Model fitted(JointData& compared, std::vector<Part> parts, int threads) {
+Model fitted(JointData& compared, std::vector<Part> parts, const JointFitOptions& how) {
+  const int threads = how.threads;
   const NuisanceModel nuisance;
   const auto fit_from = [&](std::vector<Part> from, const FitOptions& options) {
     Model start;
@@ -118,11 +125,15 @@ Model fitted(JointData& compared, std::vector<Part> parts, int threads) {
   };
   compared.set_noise(compared.base);
   for (int round = 0; round < most_rounds; ++round) {
-    Model found = fit_from(std::move(parts), {.threads = threads, .least_gain = compared.least_gain()});
+    Model found = fit_from(std::move(parts), {.threads = threads, .least_gain = compared.least_gain(how.coarse)});
     parts = std::move(found.parts);
     if (compared.set_noise(found.residual) > same_noise) break;
   }
-  return fit_from(std::move(parts), {.max_iterations = 1, .threads = threads});
+  Model out = fit_from(std::move(parts), {.max_iterations = 1, .threads = threads});
+  const std::vector<int> check =
+      experiments_of_split(compared.data, compared_experiments(compared.data), cell::Split::Check);
+  out.residual = residuals(compared.data, setup_of(compared.data, out.parts), check, out.residual);
+  return out;
 }
 
 /// Covariance of the coordinates for residuals that depend on each other within `dependent_time`: gradients of pieces
@@ -185,7 +196,20 @@ std::vector<ColumnFit> column_fits(const JointData& nominal, const JointData& co
   return out;
 }
 
-void write_effects(const ComparisonData& data, const Model& model, JointFit& out) {
+/// What the model states of the first parameter of an effect, or the value at which the effect is off.
+double stated_value(const cell::Cell& cell, const EffectName& name) {
+  const cell::Effect& effect = cell::find_effect(name.effect);
+  const cell::EffectParameter& parameter = effect.parameters.front();
+  const std::vector<std::string> targets = cell::effect_targets(effect, cell);
+  const auto index = static_cast<int>(std::ranges::find(targets, name.target) - targets.begin());
+  if (parameter.nominal)
+    if (const auto value = parameter.nominal({.cell = cell, .index = index}))
+      if (const auto* number = std::get_if<double>(&*value)) return *number;
+  return parameter.off.empty() ? 0.0 : parameter.off.front();
+}
+
+/// @param stated The cell from whose values effects depart.
+void write_effects(const cell::Cell& stated, const ComparisonData& data, const Model& model, JointFit& out) {
   const MatrixXd covariance = covariance_of(data, model);
   VectorXd slope(covariance.rows());
   for (std::size_t k = 0; k < model.parts.size(); ++k) {
@@ -197,7 +221,9 @@ void write_effects(const ComparisonData& data, const Model& model, JointFit& out
     slope[i] = estimates.front().std.front() / plain;
     for (ParameterEstimate& estimate : estimates)
       for (double& value : estimate.std) value *= std / plain;
-    out.effects.push_back({h.name(), std::move(estimates), std < prior_width});
+    const double off = std::abs(estimates.front().value.front() - stated_value(stated, h.name()));
+    const double departure = off > 0.0 ? off / std::max(estimates.front().std.front(), 1e-12 * off) : 0.0;
+    out.effects.push_back({h.name(), std::move(estimates), std < prior_width, departure});
   }
   out.covariance = slope.asDiagonal() * covariance * slope.asDiagonal();
 }
@@ -222,13 +248,13 @@ JointFit fit_joint_effects(const cell::Recording& recording, const cell::Simulat
   cell::Recording begun = recording;
   if (options.from) begun.cell = *options.from;
   JointData compared(begun, simulator);
-  const std::vector<std::unique_ptr<Candidate>> candidates = candidates_of(begun, options.effects);
+  const std::vector<std::unique_ptr<Candidate>> candidates = candidates_of(begun, options);
   const std::vector<Part> parts = parts_of(compared.data, candidates);
   tell(0.1);
-  const Model model = fitted(compared, parts, options.threads);
+  const Model model = fitted(compared, parts, options);
   JointFit out;
   out.columns = column_fits(nominal, compared, model.residual);
-  write_effects(compared.data, model, out);
+  write_effects(recording.cell, compared.data, model, out);
   out.cell = cell_with(recording.cell, out.effects);
   out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   tell(1.0);

@@ -90,4 +90,14 @@ const std::vector<std::string>& servo_motion_effects() {
   return out;
 }
 
+const std::vector<std::string>& further_servo_effects() {
+  static const std::vector<std::string> out = {"load_friction", "quadratic_drag", "servo_dead_band"};
+  return out;
+}
+
+const std::string& coasting_effect() {
+  static const std::string out = "viscous_friction";
+  return out;
+}
+
 }  // namespace kr5::physics

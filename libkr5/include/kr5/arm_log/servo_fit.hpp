@@ -14,8 +14,12 @@
 namespace kr5::arm_log {
 
 /// Ids of the effects that are fitted: stiffness and damping of the servos, dry friction, delay of the commands and
-/// inertia of the rotors. Viscous friction acts as damping does, from which positions do not distinguish it.
+/// inertia of the rotors. Viscous friction acts as damping does, from which positions do not distinguish it. Beside
+/// them friction that grows with the load, drag and dead band of a servo are found where they act beyond doubt.
 const std::vector<std::string>& servo_effects();
+
+/// Standard deviations by which an effect departs from the model beyond doubt.
+constexpr double surely_different = 3.0;
 
 /// Whether the motions of a recording are commands to torque servos with measured positions beside them.
 bool moves_by_torque_servos(const cell::Recording& recording);

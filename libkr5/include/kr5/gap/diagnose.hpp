@@ -73,4 +73,10 @@ struct DiagnoseOptions {
 Diagnosis diagnose(const cell::Recording& recording, const cell::Simulator& simulator,
                    const DiagnoseOptions& options = {});
 
+/// The same of effects that were chosen before: `options.start` is fitted once more, and is the causes. No other effect
+/// is tried, and none is taken away. For real arms, of which no model leaves noise alone.
+/// @throws InvalidArgument for a recording without anything to compare, and without a start.
+Diagnosis diagnose_start(const cell::Recording& recording, const cell::Simulator& simulator,
+                         const DiagnoseOptions& options);
+
 }  // namespace kr5::gap

@@ -19,9 +19,14 @@ namespace kr5::gap {
 
 struct JointFitOptions {
   std::vector<std::string> effects;
+  /// Of the effects those on these targets alone; empty: each on every joint that carries it.
+  std::vector<EffectName> only = {};
   /// The cell of the recording with other values of these effects, from which the fit begins; without: those of the
   /// recording's cell.
   std::optional<cell::Cell> from = {};
+  /// Whether the fit ends at a step that takes away less than a small part of what is left, since that is no noise: of
+  /// a real arm of which no model leaves noise alone.
+  bool coarse = false;
   int threads = 0;
   /// Called from any thread, one call at a time, with the part of the whole that is done.
   std::function<void(double fraction)> progress;
@@ -40,12 +45,15 @@ struct JointFitOptions {
 struct FittedEffect : EffectName {
   std::vector<ParameterEstimate> parameters;
   bool determined = false;
+  double departure = 0.0;
 
   static void each_field(auto& self, auto&& visit) {
     EffectName::each_field(self, visit);
     visit("parameters", self.parameters, "Parameters in absolute values, as in a cell file.");
     visit("determined", self.determined,
           "Whether the motions tell it: its uncertainty is below three usual sizes of the effect.");
+    visit("departure", self.departure,
+          "Distance of the value from that of the model, or from none, in standard deviations [-].");
   }
 };
 

@@ -37,6 +37,11 @@ std::vector<cell::TorqueServo> torque_servos(const cell::Cell& cell);
 /// Ids of the effects by which a motion of torque servos differs from its commands in every arm: stiffness, damping,
 /// dry friction, delay of the commands, inertia of the rotors.
 const std::vector<std::string>& servo_motion_effects();
+/// Ids of laws that act beside them in some servos: what the load of the gear, the square of the speed and an error of
+/// the position within a band do.
+const std::vector<std::string>& further_servo_effects();
+/// Id of the friction that is told apart from the damping of a servo only while its motor is off.
+const std::string& coasting_effect();
 
 /// What of a value lies beyond a band to both sides of 0.
 inline double beyond(double value, double band) { return value - std::clamp(value, -band, band); }

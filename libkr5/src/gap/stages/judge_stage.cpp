@@ -51,6 +51,11 @@ class Judge {
     return blames && judging_gap(out.rest) > judging_gap(analysis(faults)) ? analysed(faults) : out;
   }
 
+  /// The best model as it is.
+  Judged given() const {
+    return {models_.best(), analysis(models_.best()), std::vector<double>(models_.best().parts.size(), 1.0)};
+  }
+
   ResidualAnalysis analysis(const Model& model) const {
     return analyze_residual(problem_, groups_, model, models_.base(), options_);
   }
@@ -192,7 +197,8 @@ Verdict verdict_of(bool any_cause, bool any_rest) {
 
 }  // namespace
 
-JudgeOutput judge_stage(const ScreenOutput& screened, SearchOutput found, const DiagnoseOptions& options) {
+JudgeOutput judge_stage(const ScreenOutput& screened, SearchOutput found, const DiagnoseOptions& options,
+                        Blame blames) {
   tell(options, judging_step, 0.0);
   const std::vector<Group>& groups = screened.groups;
   JudgeOutput out;
@@ -206,7 +212,7 @@ JudgeOutput judge_stage(const ScreenOutput& screened, SearchOutput found, const 
   out.before = analyze_residual(plain, groups, empty_model(plain, screened.base), screened.base, options);
   out.above = above_noise(out.data, groups, out.before.shown);
   Judge judge(models, groups, options);
-  Judged judged = judge.founded();
+  Judged judged = blames == Blame::All ? judge.given() : judge.founded();
   models.admit(judged.model.parts);
   blame(judged, models, groups, out);
   if (out.causes.empty() && !judged.model.parts.empty()) {  // faults of the recording explain nothing of the cell

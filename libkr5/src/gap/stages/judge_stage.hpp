@@ -26,6 +26,13 @@ struct JudgeOutput {
   ResidualAnalysis after;   ///< Of the model.
 };
 
-JudgeOutput judge_stage(const ScreenOutput& screened, SearchOutput found, const DiagnoseOptions& options);
+/// What of the best model is blamed.
+enum class Blame {
+  Founded,  ///< What nothing speaks against.
+  All,      ///< Everything: it was chosen before.
+};
+
+JudgeOutput judge_stage(const ScreenOutput& screened, SearchOutput found, const DiagnoseOptions& options,
+                        Blame blames = Blame::Founded);
 
 }  // namespace kr5::gap

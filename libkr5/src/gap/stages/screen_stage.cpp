@@ -26,18 +26,28 @@ std::vector<Hypothesis> all_hypotheses(const cell::Recording& recording, const D
   return out;
 }
 
+bool is_of_start(const DiagnoseOptions& options, const Hypothesis& h) {
+  return std::ranges::any_of(options.start, [&](const FittedEffect& e) { return is_of(e, h); });
+}
+
+/// The start of the options, fitted.
+FarStart fitted_start(const NoiseOutput& noise, const std::vector<Hypothesis>& hypotheses,
+                      const DiagnoseOptions& options) {
+  const std::vector<int> compared = compared_experiments(noise.data);
+  FarStart out;
+  for (const Hypothesis& h : hypotheses)
+    if (is_of_start(options, h)) out.candidates.push_back(std::make_shared<Candidate>(Candidate{h, compared, {}}));
+  const NuisanceModel none;
+  const FitProblem problem{noise.data, none, {}, 0.0, Slopes::WhereNeeded};
+  out.model = fit_start(problem, noise.base, options.start, out.candidates, options.threads);
+  return out;
+}
+
 /// The start of the options, if it is out of reach of the nominal cell.
 std::optional<FarStart> far_start(const NoiseOutput& noise, const std::vector<Hypothesis>& hypotheses,
                                   const DiagnoseOptions& options) {
   if (options.start.empty()) return std::nullopt;
-  const std::vector<int> compared = compared_experiments(noise.data);
-  FarStart out;
-  for (const Hypothesis& h : hypotheses)
-    if (std::ranges::any_of(options.start, [&](const FittedEffect& e) { return is_of(e, h); }))
-      out.candidates.push_back(std::make_shared<Candidate>(Candidate{h, compared, {}}));
-  const NuisanceModel none;
-  const FitProblem problem{noise.data, none, {}, 0.0, Slopes::WhereNeeded};
-  out.model = fit_start(problem, noise.base, options.start, out.candidates, options.threads);
+  FarStart out = fitted_start(noise, hypotheses, options);
   if (in_reach(noise.data, out.model, noise.base)) return std::nullopt;
   return out;
 }
@@ -58,12 +68,9 @@ std::vector<const Hypothesis*> acting_on_poses(const Screen& screen, const cell:
   return out;
 }
 
-}  // namespace
-
-ScreenOutput screen_stage(const NoiseOutput& noise, const DiagnoseOptions& options) {
+ScreenOutput screened(const NoiseOutput& noise, std::vector<Hypothesis> all, std::optional<FarStart> start,
+                      const DiagnoseOptions& options) {
   const cell::Recording& recording = *noise.data.recording;
-  std::vector<Hypothesis> all = all_hypotheses(recording, options);
-  std::optional<FarStart> start = far_start(noise, all, options);
   const cell::Cell about = start ? setup_of(noise.data, start->model.parts).cell : recording.cell;
   ScreenOutput out{noise.data,
                    noise.base,
@@ -81,6 +88,22 @@ ScreenOutput screen_stage(const NoiseOutput& noise, const DiagnoseOptions& optio
   out.groups = make_groups(out.data);
   if (!out.start) out.nuisance = make_nuisance_model(out.data, out.base, options.threads);
   return out;
+}
+
+}  // namespace
+
+ScreenOutput screen_stage(const NoiseOutput& noise, const DiagnoseOptions& options) {
+  std::vector<Hypothesis> all = all_hypotheses(*noise.data.recording, options);
+  std::optional<FarStart> start = far_start(noise, all, options);
+  return screened(noise, std::move(all), std::move(start), options);
+}
+
+ScreenOutput start_stage(const NoiseOutput& noise, const DiagnoseOptions& options) {
+  const cell::Recording& recording = *noise.data.recording;
+  std::vector<Hypothesis> all = hypotheses(recording.cell, span_of(recording));
+  std::erase_if(all, [&](const Hypothesis& h) { return !is_of_start(options, h); });
+  FarStart start = fitted_start(noise, all, options);
+  return screened(noise, std::move(all), std::move(start), options);
 }
 
 }  // namespace kr5::gap

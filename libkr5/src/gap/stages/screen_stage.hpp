@@ -35,4 +35,7 @@ struct ScreenOutput {
 
 ScreenOutput screen_stage(const NoiseOutput& noise, const DiagnoseOptions& options);
 
+/// The same with the effects of `options.start` alone, from which the search begins wherever they are.
+ScreenOutput start_stage(const NoiseOutput& noise, const DiagnoseOptions& options);
+
 }  // namespace kr5::gap

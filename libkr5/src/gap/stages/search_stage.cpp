@@ -207,4 +207,13 @@ SearchOutput search_stage(const ScreenOutput& screened, const DiagnoseOptions& o
   return out;
 }
 
+SearchOutput start_search(const ScreenOutput& screened) {
+  SearchOutput out;
+  out.log_prior_effect = log_prior_of_effect(screened.screen);
+  out.far = true;
+  out.models.kept = {screened.start->model};
+  out.candidates = screened.screen.candidates();
+  return out;
+}
+
 }  // namespace kr5::gap

@@ -33,4 +33,7 @@ struct SearchOutput {
 /// in the place of one.
 SearchOutput search_stage(const ScreenOutput& screened, const DiagnoseOptions& options);
 
+/// The start of start_stage() as the one model.
+SearchOutput start_search(const ScreenOutput& screened);
+
 }  // namespace kr5::gap
