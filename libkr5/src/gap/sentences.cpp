@@ -15,11 +15,11 @@
 namespace kr5::gap {
 namespace {
 
-constexpr double noticeable = 1.25;        // times the noise, from which a gap is told although no cause need be found
-constexpr double near_noise = 2.0;         // times the noise, up to which a gap is that of noise and small errors
-constexpr std::size_t with_value = 2;      // causes whose values stand in the verdict; of more the names alone
+constexpr double noticeable = 1.25;       // times the noise, from which a gap is told although no cause need be found
+constexpr double near_noise = 2.0;        // times the noise, up to which a gap is that of noise and small errors
+constexpr std::size_t with_value = 2;     // causes whose values stand in the verdict; of more the names alone
 constexpr std::ptrdiff_t max_words = 40;  // of a sentence with values, and of a headline
-constexpr std::size_t most_named = 3;      // names in a sentence
+constexpr std::size_t most_named = 3;     // names in a sentence
 
 std::string group_of(const ColumnExcess& p) { return p.experiment + "." + p.column; }
 

@@ -34,6 +34,13 @@ def print_job(
     to.print(f"\n{job_tables.truth_text(truth)}", soft_wrap=True, markup=False)
 
 
+def publish(told: list[str], to: "Console") -> None:
+    """Puts the files in their places, and says what is there."""
+    writing.publish()
+    for text in told:
+        to.print(text, soft_wrap=True, markup=False)
+
+
 def write_log(done: "kr5.work.JobRun", log: Path) -> str:
     """The log of the joints; what is said of it once it is there."""
     from kr5_tools.work.job_log import write_job_log

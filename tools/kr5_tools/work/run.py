@@ -175,20 +175,16 @@ def run(
     job_output.print_job(done, truth, pellets, journal_file, to)
     if link is not None:
         linked_run.print_link(link, linked.layout, to)
-    if (report or log or png) and len(done.rows) < 2:
+    told: list[str] = []
+    if len(done.rows) >= 2:
+        told += [job_output.write_log(done, log)] if log else []
+        told += [job_output.write_plots(done, records, link, png)] if png else []
+        told += [job_output.write_page(done, truth, records, cell, setup, source, link, report)] if report else []
+    elif report or log or png:
         terminal.print_note("no motion, hence neither page, log nor plots.")
-        report = log = png = None
-    told = [job_output.write_log(done, log)] if log else []
-    if png:
-        told.append(job_output.write_plots(done, records, link, png))
-    if report:
-        told.append(job_output.write_page(done, truth, records, cell, setup, source, link, report))
     writing.write_json(job_tables.as_dict(setup.job_id(given), setup, done, truth, records, link), json_file)
-    writing.publish()
-    for text in told:
-        to.print(text, soft_wrap=True, markup=False)
-    if view:
-        terminal.open_page(report)
+    job_output.publish(told, to)
+    terminal.open_page(report if view and told else None)
     if not good:
         raise typer.Exit(1)
 
