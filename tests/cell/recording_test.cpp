@@ -6,6 +6,7 @@
 
 #include <kr5/cell/check.hpp>
 #include <kr5/cell/recording.hpp>
+#include <kr5/cell/servo_gain.hpp>
 #include <kr5/core/error.hpp>
 #include <kr5/core/random.hpp>
 
@@ -85,7 +86,8 @@ TEST_CASE("all reference cases load, are clean and round trip exactly") {
 
 TEST_CASE("columns say unit, role and noise, for any number of joints") {
   const auto motion = columns(Kind::Motion, 3);
-  CHECK(motion.size() == 1 + 3 * 4 + 6);
+  REQUIRE(motion.size() == 1 + 3 * 4 + 6 + 1);
+  CHECK((motion.back().name == servo_gain_column && motion.back().role == Role::Given));
   CHECK(motion[4].name == "q1");
   CHECK(motion[4].role == Role::Predicted);
   CHECK(motion[4].noise == "position");

@@ -42,7 +42,7 @@ def test_a_diagram_shows_every_exit_of_the_table():
             why = str(leave.outcome).replace("_", " ")
             begins = f"{phase} {arrow} {leave.next}"
             assert any(line.startswith(begins) and why in line for line in lines), (phase, leave)
-        assert "A stop leads from each of these to stopped: check cell, scan, pick" in text
+        assert "A stop leads from each of these to stopped: check cell, look, scan, pick" in text
 
 
 def test_a_changed_table_changes_the_diagram():
@@ -57,7 +57,7 @@ def test_a_changed_table_changes_the_diagram():
 def test_a_table_that_cannot_be_run_is_refused():
     table = job.usual_phases()
     table.rows = table.rows[:-1]
-    with pytest.raises(kr5.InvalidArgument, match="^rows: found 10, expected one a phase: 11$"):
+    with pytest.raises(kr5.InvalidArgument, match="^rows: found 11, expected one a phase: 12$"):
         table.validate()
 
 
@@ -114,7 +114,7 @@ def step(supervisor, reading, k):
 def test_phases_of_the_command(run_kr5, tmp_path):
     done = run_kr5("job", "phases", "--json", "phases.json")
     assert done.returncode == 0 and done.stdout.startswith("stateDiagram-v2\n")
-    assert len(json.loads((tmp_path / "phases.json").read_text())["rows"]) == 11
+    assert len(json.loads((tmp_path / "phases.json").read_text())["rows"]) == 12
     assert run_kr5("job", "phases", "--form", "graphviz", "-o", "phases.dot").returncode == 0
     assert (tmp_path / "phases.dot").read_text().startswith("digraph job {")
 

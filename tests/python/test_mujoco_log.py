@@ -56,7 +56,7 @@ def logged(effect=None, late=0, still=None, offset=0.0, seed=31, rows=1500):
     return {name: values[:rows] for name, values in columns.items()}
 
 
-def test_torques_that_are_two_rows_late_are_told_before_the_friction_beside_them(tmp_path, diagnose):
+def test_torques_that_are_two_rows_late_are_told_behind_the_friction_beside_them(tmp_path, diagnose):
     effect = mujoco_logs.Effect("viscous_friction", 1, 6.0)
     (tmp_path / "nominal.xml").write_text(mujoco_logs.model_xml())
     case_logs.write_csv(tmp_path / "log.csv", logged(effect, late=2))
@@ -65,7 +65,7 @@ def test_torques_that_are_two_rows_late_are_told_before_the_friction_beside_them
     assert causes(data) == [("viscous_friction", "joint2")], said
     step = mujoco_logs.STEP * mujoco_logs.LOGGED
     told = re.search(r"The joint torques were logged ([\d.]+) ± ([\d.]+) ms late", said)
-    assert said.index("The joint torques were logged") < said.index("viscous friction of joint 2")
+    assert said.index("viscous friction of joint 2") < said.index("The joint torques were logged")
     # MuJoCo's torque of a step acts until the next one, which is another millisecond.
     assert told and abs(float(told[1]) / 1e3 - 2 * step) < step / 2, said
     assert f"--set columns.tau.delay={float(told[1]) / 1e3:.3g}" in said

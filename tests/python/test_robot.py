@@ -44,7 +44,7 @@ def test_a_cell_says_how_its_sensors_become_a_reading(share):
 
 
 def test_readings_and_commands_are_plain_values():
-    command = robot.RobotCommand(target="joints", mode="relative", joints=[0.1, 0.2], limits={"joint": 0.15})
+    command = robot.RobotCommand(space="joints", mode="relative", joints=[0.1, 0.2], limits={"joint": 0.15})
     assert robot.RobotCommand.from_dict(json.loads(json.dumps(command.to_dict()))).to_dict() == command.to_dict()
     np.testing.assert_allclose(robot.commanded_joints(command, [1.0, 1.0]), [1.1, 1.15])
     with pytest.raises(kr5.InvalidArgument, match="joints"):

@@ -12,7 +12,7 @@ from free_ports import free_port
 
 
 def test_a_layout_goes_to_its_configuration_and_back():
-    layout = rsi.usual_layout("krc2", target="cartesian")
+    layout = rsi.usual_layout("krc2", space="cartesian")
     again = rsi.parse_layout(rsi.layout_xml(layout), "text")
     assert again.controller == rsi.Controller.Krc2
     assert [e.tag for e in again.receive] == ["RKorr.X", "RKorr.Y", "RKorr.Z", "RKorr.A", "RKorr.B", "RKorr.C", "DiO"]

@@ -41,7 +41,7 @@ def udp():
 
 
 def layout_for(client, controller="krc2", corrections="axes"):
-    layout = rsi.usual_layout(controller, target=corrections)
+    layout = rsi.usual_layout(controller, space=corrections)
     layout.address, layout.port, layout.transport = "127.0.0.1", client.port, rsi.Transport(client.transport)
     return layout
 

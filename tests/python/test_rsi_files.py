@@ -11,7 +11,7 @@ def test_the_files_of_a_controller_are_those_of_the_library(run_kr5, tmp_path):
     limits = ("--translation-limit", 0.01, "--mode", "relative", "-o", "out", "--json", "out.json")
     done = run_kr5("rsi", "files", "--controller", "krc4", *words, *limits)
     assert done.returncode == 0, done.stderr
-    layout = rsi.usual_layout("krc4", target="cartesian")
+    layout = rsi.usual_layout("krc4", space="cartesian")
     layout.address, layout.port = "10.0.0.7", 6008
     made = rsi.controller_files(layout, rsi.ProgramOptions(name="my_cell", translation_limit=0.01, mode="relative"))
     assert len(made.files) == 3
@@ -38,7 +38,7 @@ def test_numbers_that_nobody_confirms_are_told(run_kr5):
     done = run_kr5(
         "rsi", "files", "--controller", "krc2", "--corrections", "cartesian", "--address", "10.0.0.7", "-o", "out"
     )
-    made = rsi.controller_files(rsi.usual_layout("krc2", target="cartesian"))
+    made = rsi.controller_files(rsi.usual_layout("krc2", space="cartesian"))
     assert made.unconfirmed and all(name in done.stderr for name in made.unconfirmed)
 
 

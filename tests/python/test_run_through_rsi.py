@@ -55,7 +55,7 @@ def test_a_job_in_lock_step_is_stopped_at_the_controller(given, tmp_path):
     judged = done.controller.controller.answered + done.controller.controller.unasked
     assert done.link.answered - judged in (0, 1)  # the last one is judged in a cycle that is not made any more
     assert len(done.job.rows) > 50
-    job_output.write_plots(done.job, journal.records(), done, tmp_path / "plots", Console())
+    job_output.write_plots(done.job, journal.records(), done, tmp_path / "plots")
     assert {file.stem for file in (tmp_path / "plots").iterdir()} == {"time_line", "force", "link_times"}
 
 

@@ -18,7 +18,7 @@ def cell() -> sim.WorkCell:
 
 def test_it_is_read_and_sent_commands(cell):
     before = cell.read()
-    command = robot.RobotCommand(target="joints", mode="relative", joints=[0.01, 0, 0, 0, 0, 0])
+    command = robot.RobotCommand(space="joints", mode="relative", joints=[0.01, 0, 0, 0, 0, 0])
     command.gripper = robot.GripperCommand(hold=False, fingers=True)
     for _ in range(5):
         cell.send(command)

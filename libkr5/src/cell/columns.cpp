@@ -73,10 +73,6 @@ struct Builder {
 void motion(Builder& b) {
   b.given("t", "s", "time");
   b.each_joint("qc", {.unit = "rad or m", .label = "commanded position"});
-  b.list.push_back({.name = servo_gain_column,
-                    .unit = "-",
-                    .group = servo_gain_column,  // of its own, since it need not be there
-                    .label = "gain of the torque servos over that of the cell, 0 while they are off"});
   b.each_joint("q", {.role = Role::Predicted,
                      .unit = "rad or m",
                      .noise = "position",
@@ -99,6 +95,10 @@ void motion(Builder& b) {
                        .channel = "joint torque",
                        .label = "torque"});
   b.wrench("at the wrist");
+  b.list.push_back({.name = servo_gain_column,
+                    .unit = "-",
+                    .group = servo_gain_column,  // of its own, since it need not be there
+                    .label = "gain of the torque servos over that of the cell, 0 while they are off"});
 }
 
 const Part tool{"tool", "arm geometry"};

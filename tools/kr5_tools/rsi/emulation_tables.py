@@ -65,7 +65,7 @@ def verdict_sentence(statistics: rsi.EmulatorStatistics, layout: rsi.TelegramLay
     return f"{c.answered} of {format_count(c.answered + c.missing, 'cycle')} had a good answer."
 
 
-def _refused(c: rsi.ControllerStatistics) -> str:
+def _refused(c: rsi.EmulationStatistics) -> str:
     """What was wrong with most of the answers, none of which was good."""
     counts = {name: count for name, count in c.telegrams.to_dict().items() if name in ANSWER_FAULTS}
     counts |= {"foreign_ipoc": c.foreign, "late": c.late}

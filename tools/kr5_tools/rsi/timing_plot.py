@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from kr5_tools.calibrate.plots import Plot
-from kr5_tools.cli.terminal import Console, print_note
+from kr5_tools.cli.terminal import Console
 from kr5_tools.pages.plot_style import BLUE, GREEN, RED, STYLE, WIDE, plt
 from kr5_tools.pages.rendering import write_png
 
@@ -65,7 +65,7 @@ def write_timing_plot(folder: Path, to: Console, **times: rsi.Distribution) -> N
     with plt.rc_context(STYLE):
         plot = timing_plot(**times)
         if plot is None:
-            print_note("no times, hence no plot.")
+            to.print("No times, hence no plot.")
             return
         (file,) = write_png([plot], folder)
         plt.close(plot.figure)
