@@ -67,7 +67,7 @@ def test_a_link_answers_and_counts():
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as end:
         end.settimeout(5)
         for ipoc in range(1000, 1040, 4):
-            end.sendto(controller.encode({"AIPos.A2": -90.0}, ipoc), ("127.0.0.1", link.port))
+            end.sendto(controller.encode({"AIPos.A2": -90.0, "ASPos.A2": -90.0}, ipoc), ("127.0.0.1", link.port))
             fault, values, echoed = rsi.TelegramCodec(layout, "computer").decode(end.recv(4096))
             assert (str(fault), echoed, values["AKorr.A1"]) == ("none", str(ipoc), 0.0)
         end.sendto(b"hello", ("127.0.0.1", link.port))

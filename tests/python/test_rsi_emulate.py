@@ -302,7 +302,7 @@ def test_the_command_says_what_is_wrong_with_answers_of_which_none_is_good(udp, 
     def answer_wrongly():
         with contextlib.suppress(OSError):
             while True:
-                udp.send(re.sub("<IPOC>.*</IPOC>", "<IPOC>7</IPOC>", answer_to(udp.receive())))
+                udp.send(re.sub("<IPOC>.*</IPOC>", "<IPOC>999999999</IPOC>", answer_to(udp.receive())))
 
     threading.Thread(target=answer_wrongly, daemon=True).start()
     done = run_kr5("rsi", "emulate", share / "cells/kr5_arc.yaml", "--port", udp.port, "--for", 2)
