@@ -132,17 +132,24 @@ def test_the_log_of_a_job_is_read_as_one_of_the_arm(given, share, tmp_path, endi
         assert np.allclose(read[f"i{joint}"], rows[f"i{joint}"][cycles], atol=1e-9)
 
 
+def interrupted(*words, folder, after):
+    """Exit code of a job with the journal job.db that Ctrl-C stops some seconds after its first record, and what it
+    says."""
+    command = [sys.executable, "-m", "kr5_tools", *map(str, words)]
+    with subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:
+        end = time.monotonic() + 120
+        while not (folder / "job.db.cell").exists() and running.poll() is None and time.monotonic() < end:
+            time.sleep(0.05)
+        time.sleep(after)
+        os.kill(running.pid, signal.SIGINT)
+        _, said = running.communicate(timeout=60)
+    return running.returncode, said
+
+
 def test_an_interrupted_job_goes_on_where_it_was_and_ends(run_kr5, tmp_path):
     command = ("run", "--pellets", 1, "--seed", 5, "--journal", "job.db")
-    words = [sys.executable, "-m", "kr5_tools", *map(str, command)]
-    with subprocess.Popen(words, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as first:
-        end = time.monotonic() + 120
-        while not (tmp_path / "job.db.cell").exists() and first.poll() is None and time.monotonic() < end:
-            time.sleep(0.05)
-        time.sleep(0.3)
-        os.kill(first.pid, signal.SIGINT)
-        _, said = first.communicate(timeout=60)
-    assert first.returncode not in (0, 1, 2)
+    code, said = interrupted(*command, folder=tmp_path, after=0.3)
+    assert code not in (0, 1, 2)
     assert "stopped; the journal job.db keeps the job: the same command goes on where it was" in said
     done = run_kr5(*command, "--json", "out.json", "--report", "page.html")
     assert done.returncode == 0, done.stdout + done.stderr
@@ -157,14 +164,7 @@ def test_an_interrupted_job_goes_on_where_it_was_and_ends(run_kr5, tmp_path):
 
 def test_a_released_job_goes_on_without_the_link_that_it_was_stopped_in(run_kr5, tmp_path):
     command = ("run", "--pellets", 1, "--seed", 5, "--journal", "job.db")
-    words = [sys.executable, "-m", "kr5_tools", *map(str, command), "--through-rsi", "--port", str(free_port())]
-    with subprocess.Popen(words, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as first:
-        end = time.monotonic() + 120
-        while not (tmp_path / "job.db.cell").exists() and first.poll() is None and time.monotonic() < end:
-            time.sleep(0.05)
-        time.sleep(1)
-        os.kill(first.pid, signal.SIGINT)
-        _, said = first.communicate(timeout=60)
+    _, said = interrupted(*command, "--through-rsi", "--port", free_port(), folder=tmp_path, after=1.0)
     assert "the journal job.db keeps the stop by operator. Release it with `kr5 job release job.db" in said
     assert run_kr5(*command).returncode == 1  # latched
     assert run_kr5("job", "release", "job.db", "--person", "Ada Lovelace").returncode == 0

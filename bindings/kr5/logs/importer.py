@@ -16,7 +16,7 @@ from kr5.logs.episodes import LogSource, log_sources, short_name
 from kr5.logs.log import Log
 from kr5.logs.log_checks import LogProblem, Origin, check_loads, check_positions, merged_problems
 from kr5.logs.log_file import read_log
-from kr5.logs.log_time import LogTimes, inside_span, is_measured, is_timed
+from kr5.logs.log_time import LogTimes, command_cycle, inside_span, is_measured, is_timed
 from kr5.logs.map_file import Clock, Experiment, Map, Source, Tool, column_family, load_map
 from kr5.logs.servo_gain import SERVO_GAIN
 from kr5.logs.sparse_columns import aligned, longest_step, never_complete
@@ -116,16 +116,16 @@ class Importer:
 
     def cycle_of_rows(self, t: np.ndarray, experiment: Experiment) -> float | None:
         """Interval [s] of a motion under commands of which the log has several rows in a cycle of the servo."""
-        servo = self.cell.servo
+        cycle = command_cycle(self.cell)
         if experiment.entry.kind != "motion" or "qc" not in experiment.sources or len(t) < 3:
             return None
-        if servo is None or not servo.cycle > 0 or self.cell.has_torque_servos or self.map.resample.every:
+        if not cycle or self.map.resample.every:
             return None
-        rows = servo.cycle / float(np.median(np.diff(np.unique(t))))
+        rows = cycle / float(np.median(np.diff(np.unique(t))))
         if round(rows) < 2 or abs(rows - round(rows)) > MOST_OFF * rows:
             return None
-        self.note(f"rows every {servo.cycle:g} s, the cycle of the servo ({self.method()})")
-        return float(servo.cycle)
+        self.note(f"rows every {cycle:g} s, the cycle of the servo ({self.method()})")
+        return cycle
 
     def all_series(self, log: Log, t: np.ndarray, experiment: Experiment, keep: np.ndarray) -> dict[str, Series]:
         return {

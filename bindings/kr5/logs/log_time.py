@@ -5,6 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 import kr5
+import kr5.cell
 from kr5.logs.log import Log
 from kr5.logs.map_file import Clock, Experiment, Map, Source
 from kr5.logs.sparse_columns import longest_step
@@ -160,6 +161,11 @@ class LogTimes:
                 "is the unit of the clock right, and is there a single row far from the others?"
             )
         return np.arange(inside[0], inside[-1] + 1e-9, every) if every else inside
+
+
+def command_cycle(cell: kr5.cell.Cell) -> float | None:
+    """The interval of commands [s]; none of torque servos, whose cycle is that of the loop that closes in the servo."""
+    return cell.servo.cycle if cell.servo and not cell.has_torque_servos else None
 
 
 def is_timed(experiment: Experiment) -> bool:

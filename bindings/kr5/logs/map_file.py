@@ -23,6 +23,7 @@ from kr5.files.documents import (
     validate_document,
 )
 from kr5.logs.entry_words import IN_MAP, EntryWords
+from kr5.logs.servo_gain import SERVO_GAIN
 from kr5.logs.units import unit_factor
 
 WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
@@ -282,7 +283,7 @@ def column_family(column: str) -> str:
 
 ALL_FAMILIES = (
     *JOINT_FAMILIES,
-    "servo_gain",
+    SERVO_GAIN,
     "wrench",
     "tool",
     "pose",

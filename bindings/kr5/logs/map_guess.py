@@ -22,6 +22,7 @@ from kr5.logs.joint_streams import in_time, values_at
 from kr5.logs.kind_guess import WRENCH_NAMES, LogPart, log_parts, stated_columns, wrench_columns
 from kr5.logs.log import Log
 from kr5.logs.log_file import read_log
+from kr5.logs.log_time import command_cycle
 from kr5.logs.map_file import names_of
 from kr5.logs.overrides import GivenEntries
 from kr5.logs.servo_gain import SERVO_GAIN, scale_gains
@@ -274,7 +275,7 @@ def _motion_columns(
         f for f in (qc if "from" not in columns["qc"] or columns["qc"]["from"] != "measured" else None, q, qc) if f
     )
     column = first.columns[0]
-    guessed = guess_clock(log, column, _cycle(cell), given.clock)
+    guessed = guess_clock(log, column, command_cycle(cell), given.clock)
     name = "q" if "q" in columns else "qc"
     _require_motion(log, joint_values(columns[name], name, log, cell), guessed)
     clock = require_clock(guessed, column, log, given.words)
@@ -342,11 +343,6 @@ def _refuse_two_publishers(log: Log, positions: Family | None) -> None:
                 f"{name} jumps to and fro from row to row: two publishers seem to take turns in this log;"
                 " record it again with one of them, or export the topic of one alone",
             )
-
-
-def _cycle(cell: kr5.cell.Cell) -> float | None:
-    """The interval of commands; none of torque servos, whose cycle is that of the loop that closes in the servo."""
-    return cell.servo.cycle if cell.servo and not cell.has_torque_servos else None
 
 
 def _add_joints(
@@ -440,7 +436,7 @@ def _kind_columns(
             columns[name] = {"from": column, "unit": _value_unit(name, part.log.columns[column])}
     first = next(iter(part.named.values()))
     moving = part.kind in ("step", "press", "profile")
-    cycle = _cycle(cell) if moving else None
+    cycle = command_cycle(cell) if moving else None
     clock = guess_clock(part.log, first, cycle, given.clock, arm_log.usual_row_step if moving else None)
     shown = ", ".join(n for n in columns if n not in ("q", "wrench"))
     out.because(where, "kind", part.kind, f"it has the columns {shown}")
@@ -476,7 +472,7 @@ def _raw_part(part: LogPart, columns: dict[str, Any], given: GivenEntries, cell:
     assert family is not None, "a motion has positions"
     q = joint_values(columns[name], name, log, cell)
     column = family.columns[0]
-    clock = require_clock(guess_clock(log, column, _cycle(cell), given.clock), column, log, given.words)
+    clock = require_clock(guess_clock(log, column, command_cycle(cell), given.clock), column, log, given.words)
     if len(clock.seconds) != len(q):
         raise kr5.FileError(
             log.file,

@@ -251,7 +251,7 @@ std::string causes_text(const Diagnosis& d) {
     std::vector<std::string> items;
     for (const Cause& cause : d.causes) items.push_back(cause_text(cause, d.joint_names));
     std::string out = plural(items.size(), "Cause: ", "Causes: ") + join_list(items) + ".";
-    if (std::ranges::count(out, ' ') < max_words) return out;
+    if (words_of(out) <= max_words) return out;
   }
   std::vector<EffectName> names;
   double least = 1.0;

@@ -12,12 +12,6 @@ def write_plots(data: dict[str, Any], folder: Path | None) -> list[Path]:
     if folder is None:
         return []
     from kr5_tools.calibrate.plots import plots_of
-    from kr5_tools.pages.plot_style import STYLE, plt
-    from kr5_tools.pages.rendering import write_png
+    from kr5_tools.pages.rendering import write_drawn
 
-    with plt.rc_context(STYLE):
-        drawn = plots_of(cast(ResultData, data))
-        files = write_png(drawn, folder)
-        for plot in drawn:
-            plt.close(plot.figure)
-    return files
+    return write_drawn(lambda: plots_of(cast(ResultData, data)), folder)

@@ -3,7 +3,7 @@
 import io
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -127,6 +127,18 @@ def write_png(plots: Sequence[ShownPlot], folder: Path) -> list[Path]:
     files = [folder / f"{plot.name}.png" for plot in plots]
     for plot, file in zip(plots, files):
         writing.save_figure(plot.figure, file, dpi=150, metadata={"Software": None})
+    return files
+
+
+def write_drawn(draw: Callable[[], Sequence[ShownPlot]], folder: Path) -> list[Path]:
+    """Draws plots in the style of the pages, and writes each as a PNG file."""
+    from kr5_tools.pages.plot_style import STYLE, plt
+
+    with plt.rc_context(STYLE):
+        drawn = draw()
+        files = write_png(drawn, folder)
+        for plot in drawn:
+            plt.close(plot.figure)
     return files
 
 

@@ -9,8 +9,8 @@ from matplotlib.ticker import LogLocator, NullFormatter
 
 from kr5_tools.calibrate.plots import Plot
 from kr5_tools.cli.terminal import Console
-from kr5_tools.pages.plot_style import BLUE, GREEN, RED, STYLE, WIDE, plt
-from kr5_tools.pages.rendering import write_png
+from kr5_tools.pages.plot_style import BLUE, GREEN, RED, WIDE, plt
+from kr5_tools.pages.rendering import write_drawn
 
 COLOURS = {"period": BLUE, "answer": RED, "lateness": GREEN}
 SHARES = np.power(10.0, -np.arange(25) / 4)  # of the durations that are longer than the times of a tail
@@ -62,11 +62,8 @@ def _draw(axes: Axes, name: str, time: rsi.Distribution) -> None:
 
 def write_timing_plot(folder: Path, to: Console, **times: rsi.Distribution) -> None:
     """The plot as a file, where there are times; says so."""
-    with plt.rc_context(STYLE):
-        plot = timing_plot(**times)
-        if plot is None:
-            to.print("No times, hence no plot.")
-            return
-        (file,) = write_png([plot], folder)
-        plt.close(plot.figure)
+    if not any(time.count for time in times.values()):
+        to.print("No times, hence no plot.")
+        return
+    (file,) = write_drawn(lambda: [plot for plot in (timing_plot(**times),) if plot], folder)
     to.print(f"{file}: the times of the link.", soft_wrap=True, markup=False)

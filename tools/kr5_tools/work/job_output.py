@@ -56,15 +56,10 @@ def write_plots(
     folder: Path,
 ) -> str:
     """The plots of the page as files; what is said of them once they are there."""
-    from kr5_tools.pages.plot_style import STYLE, plt
-    from kr5_tools.pages.rendering import write_png
+    from kr5_tools.pages.rendering import write_drawn
     from kr5_tools.work.run_page import job_plots
 
-    with plt.rc_context(STYLE):
-        drawn = job_plots(done, records, link)
-        files = write_png(drawn, folder)
-        for plot in drawn:
-            plt.close(plot.figure)
+    files = write_drawn(lambda: job_plots(done, records, link), folder)
     return f"{folder}: {', '.join(file.name for file in files)}."
 
 

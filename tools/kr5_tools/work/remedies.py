@@ -55,9 +55,9 @@ def words(value: object) -> str:
     return str(value).replace("_", " ")
 
 
-def release_text(journal: Path | None) -> str:
-    """How a stop is released, without a full stop."""
-    return f'Release it with `kr5 job release {journal} --person "NAME"`'
+def release_command(journal: Path | None) -> str:
+    """What releases the stop of a job."""
+    return f'`kr5 job release {journal} --person "NAME"`'
 
 
 def stop_text(state: job.JobState, journal: Path | None) -> str:
@@ -66,7 +66,7 @@ def stop_text(state: job.JobState, journal: Path | None) -> str:
     text = f"Stopped by {words(state.stop)} in the phase {words(state.stopped_in)}: {remedy}."
     if journal is None:
         return text
-    return f'{text} Then release it with `kr5 job release {journal} --person "NAME"`, and start again.'
+    return f"{text} Then release it with {release_command(journal)}, and start again."
 
 
 def refusal_text(decision: job.RestartDecision, journal: Path | None) -> str:
@@ -74,6 +74,6 @@ def refusal_text(decision: job.RestartDecision, journal: Path | None) -> str:
     if decision.status == job.RestartStatus.Latched:
         return (
             f"The job is stopped by {words(decision.stop)}: {STOPS[str(decision.stop)]}. A person releases it with"
-            f' `kr5 job release {journal} --person "NAME"`.'
+            f" {release_command(journal)}."
         )
     return f"The job cannot go on: {FINDINGS[str(decision.finding)]}."

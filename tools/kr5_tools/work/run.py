@@ -233,12 +233,15 @@ def _kept_text(journal: "kr5.job.Journal", file: Path | None) -> str:
     """What a job that Ctrl-C has ended leaves."""
     from kr5 import job
 
-    from kr5_tools.work.remedies import release_text, words
+    from kr5_tools.work.remedies import release_command, words
 
     if file is None:
         return "the job is gone with the program: with --journal it goes on where it was"
     if (stop := journal.belief().stop) != job.StopReason.None_:
-        return f"the journal {file} keeps the stop by {words(stop)}. {release_text(file)}, and start the same command"
+        return (
+            f"the journal {file} keeps the stop by {words(stop)}. Release it with {release_command(file)}, and start"
+            " the same command"
+        )
     return f"the journal {file} keeps the job: the same command goes on where it was"
 
 

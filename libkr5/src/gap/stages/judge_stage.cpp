@@ -33,17 +33,14 @@ struct Judged {
 class Judge {
  public:
   Judge(ModelPool& models, const std::vector<Group>& groups, const DiagnoseOptions& options)
-      : models_(models), problem_(models.problem()), data_(problem_.data), groups_(groups), options_(options) {
-    const ResidualAnalysis nominal = analysis(models.nominal());
-    for (std::size_t g = 0; g < groups.size(); ++g)
-      if (nominal.structured[g] || nominal.beyond[g]) gapped_.push_back(groups[g]);
-  }
+      : models_(models), problem_(models.problem()), data_(problem_.data), groups_(groups), options_(options) {}
 
   /// The best model less what is unfounded, part by part: the others must explain without it, too, so that what only
   /// made up for its errors is seen. None of its causes, where they fit what judges worse than without them.
   Judged founded() {
     Judged out =
         without_cancelling(analysed(free_shape_is_likelier(models_.best()) ? models_.nominal() : models_.best()));
+    if (!out.model.parts.empty()) gapped_ = gapped_groups();
     for (int worst = unfounded(out); worst >= 0; worst = unfounded(out))
       out = analysed(models_.without(out.model, static_cast<std::size_t>(worst)));
     const Model faults = faults_of(out.model);
@@ -61,6 +58,15 @@ class Judge {
   }
 
  private:
+  /// Columns with a gap at the nominal cell.
+  std::vector<Group> gapped_groups() const {
+    const ResidualAnalysis nominal = analysis(models_.nominal());
+    std::vector<Group> out;
+    for (std::size_t g = 0; g < groups_.size(); ++g)
+      if (nominal.structured[g] || nominal.beyond[g]) out.push_back(groups_[g]);
+    return out;
+  }
+
   /// The model without its causes: faults of the recording stay.
   Model faults_of(Model model) {
     for (std::size_t k = model.parts.size(); k-- > 0;)
@@ -135,10 +141,10 @@ class Judge {
     const double temperature = of_real_arm ? posterior(problem_, {model}).temperature : 1.0;  // else not asked for
     for (std::size_t k = 0; k < model.parts.size(); ++k) {
       if (of_recording(model.parts[k])) continue;
-      const bool seen = !of_real_arm || !within_nuisance(problem_, models_.without(model, k)) ||
+      const Model without = models_.without(model, k);
+      const bool seen = !of_real_arm || !within_nuisance(problem_, without) ||
                         (is_significant(model, k, temperature) && mends_a_column(judged, k));
-      if (!seen || is_needless(models_, groups_, model, k, options_) ||
-          worsens_check(data_, gapped_, model, models_.without(model, k)))
+      if (!seen || is_needless(models_, groups_, model, k, options_) || worsens_check(data_, gapped_, model, without))
         return static_cast<int>(k);
     }
     return -1;
